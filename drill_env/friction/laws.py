@@ -1,0 +1,98 @@
+"""The set-valued friction torques (2) with the laws (5) and (7), on arrays."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+from scipy.optimize import brentq
+
+from drill_env._jit import kernel
+from drill_env._types import FloatArray
+from drill_env.friction._kernels import lower_sliding, lower_slope, upper_sliding
+from drill_env.parameters import Rig
+
+
+@kernel
+def _map_lower(p, speeds, slope, out):
+    for i in range(speeds.size):
+        out[i] = lower_slope(p, speeds[i]) if slope else lower_sliding(p, speeds[i])
+
+
+@kernel
+def _map_upper(p, omegas, out):
+    for i in range(omegas.size):
+        out[i] = upper_sliding(p, 1.0 if omegas[i] > 0.0 else -1.0, omegas[i])
+
+
+def _lower(rig: Rig, speed: FloatArray, slope: bool) -> FloatArray:
+    out = np.empty(speed.size)
+    _map_lower(rig.vector(), np.ascontiguousarray(speed).ravel(), slope, out)
+    return out.reshape(speed.shape)
+
+
+def lower_curve(rig: Rig, omega: FloatArray | float) -> FloatArray:
+    """T_l(omega) of equation (7) or its alternatives (Nm), a function of \\|omega\\|.
+
+    Args:
+        rig: parameters.
+        omega: lower-disc velocity in rad/s, any shape.
+    """
+    torque = _lower(rig, np.abs(np.asarray(omega, dtype=float)), slope=False)
+    return np.maximum(torque, 0.0) if rig.clamp else torque
+
+
+def lower_curve_slope(rig: Rig, omega: FloatArray | float) -> FloatArray:
+    """d_l = dT_l/d\\|omega\\| (Nm s/rad), equation (13)."""
+    speed = np.abs(np.asarray(omega, dtype=float))
+    slope = _lower(rig, speed, slope=True)
+    if rig.clamp:
+        slope = np.where(_lower(rig, speed, slope=False) < 0.0, 0.0, slope)
+    return slope
+
+
+def lower_torque_set(rig: Rig, omega: FloatArray | float) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper end of the set T_fl(omega) (Nm), equation (2); a point for omega != 0."""
+    omega = np.asarray(omega, dtype=float)
+    torque = np.sign(omega) * lower_curve(rig, omega)
+    rest = omega == 0.0
+    return np.where(rest, -rig.Tsl, torque), np.where(rest, rig.Tsl, torque)
+
+
+def upper_torque_set(rig: Rig, omega: FloatArray | float) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper end of the set T_fu(omega) (Nm), equations (2) and (5)."""
+    omega = np.asarray(omega, dtype=float)
+    torque = np.empty(omega.size)
+    _map_upper(rig.vector(), np.ascontiguousarray(omega).ravel(), torque)
+    torque = torque.reshape(omega.shape)
+    rest = omega == 0.0
+    return (
+        np.where(rest, -rig.Tsu + rig.dTsu, torque),
+        np.where(rest, rig.Tsu + rig.dTsu, torque),
+    )
+
+
+@functools.lru_cache(maxsize=256)
+def _negative_range(rig: Rig) -> tuple[float, float] | None:
+    bare = rig.replace(clamp=False)
+    grid = np.linspace(0.0, 400.0, 40_001)
+    torque = lower_curve(bare, grid)
+    below = np.flatnonzero(torque < 0.0)
+    if len(below) == 0:
+        return None
+    first, last = below[0], below[-1]
+
+    def value(w: float) -> float:
+        return float(lower_curve(bare, w))
+
+    low = brentq(value, grid[first - 1], grid[first]) if first > 0 else 0.0
+    high = brentq(value, grid[last], grid[last + 1]) if last + 1 < len(grid) else np.inf
+    return float(low), float(high)
+
+
+def negative_range(rig: Rig) -> tuple[float, float] | None:
+    """Speeds (rad/s) up to 400 between which T_l is negative, against equation (3), or None.
+
+    With the printed parameters: about 16.0 to 42.1 rad/s.
+    """
+    return _negative_range(rig.replace(effects=()))

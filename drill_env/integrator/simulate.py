@@ -1,0 +1,189 @@
+"""Exact simulation of one rig through any voltage."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+
+from drill_env._errors import InputError
+from drill_env._types import FloatArray, IntArray, Method, VoltageFunction
+from drill_env.friction.laws import negative_range
+from drill_env.integrator._advance import (
+    LOG_FULL,
+    STEP_TOO_SMALL,
+    TOO_MANY_STEPS,
+    Log,
+    Options,
+    advance,
+    new_log,
+    new_scratch,
+)
+from drill_env.integrator._events import start_mode
+from drill_env.integrator._tableau import TABLEAUX
+from drill_env.integrator._variational import N_COLUMNS, N_STATE
+from drill_env.integrator.trajectory import Events, Trajectory
+from drill_env.integrator.voltage import Voltage, as_voltage
+from drill_env.parameters import Rig
+
+REST: FloatArray = np.zeros(N_STATE)
+"""Both discs at rest, string untwisted."""
+
+
+# One warning a process: a sweep over the range would otherwise repeat it endlessly.
+_warned: list[bool] = []
+
+
+class NegativeFrictionWarning(UserWarning):
+    """The lower disc entered speeds where its friction law is negative."""
+
+
+def simulate(
+    rig: Rig,
+    voltage: float | VoltageFunction | Voltage,
+    seconds: float,
+    *,
+    t_start: float = 0.0,
+    t_eval: FloatArray | None = None,
+    rate: float | None = None,
+    initial: FloatArray | None = None,
+    modes: IntArray | None = None,
+    method: Method = "dop853",
+    rtol: float = 1e-10,
+    atol: float = 1e-12,
+    extrema: bool = False,
+    sensitivity: bool = False,
+) -> Trajectory:
+    """Integrate the set-valued rig, with every stick, slip and reversal located.
+
+    Args:
+        rig: parameters.
+        voltage: constant (V), function of time, or `Voltage`.
+        seconds: duration in s.
+        t_start: time of the initial state in s.
+        t_eval: sample times in s, ascending, within the run.
+        rate: samples per second instead of `t_eval`; 200 Hz if neither is given.
+        initial: (twist, omega_u, omega_l, theta_l), rest by default, shape (4,).
+        modes: (upper, lower, clamped) to continue a run with, shape (3,).
+        method: "dop853" (order 8) or "dopri5" (order 5).
+        rtol: relative tolerance of a step.
+        atol: absolute tolerance of a step.
+        extrema: also log the turning points of omega_l.
+        sensitivity: also return d state / d (initial state, parameters).
+
+    Returns:
+        The trajectory, its first sample at `t_start` if no `t_eval` is given.
+
+    Raises:
+        InputError: an argument is out of range or the rig holds unknown effects.
+        RuntimeError: the step size collapsed (NaN in the parameters, say).
+    """
+    _check(rig, seconds, rtol, atol, method)
+    t_end = t_start + seconds
+    times = _sample_times(t_start, t_end, t_eval, rate)
+    drive = as_voltage(voltage, t_start, t_end)
+    p = rig.vector()
+    y = _initial_state(initial)
+    mode = np.zeros(3, dtype=np.int64)
+    if modes is None:
+        start_mode(p, y, mode, float(drive(t_start)))
+    else:
+        mode[:] = modes
+    at_start = int(np.searchsorted(times, t_start, side="right"))
+    out = np.zeros((len(times), N_STATE))
+    out_modes = np.zeros((len(times), 2), dtype=np.int64)
+    sens = np.zeros((N_STATE, N_COLUMNS))
+    sens[:, :N_STATE] = np.eye(N_STATE)
+    sens_out = np.zeros((len(times) if sensitivity else 0, N_STATE, N_COLUMNS))
+    out[:at_start], out_modes[:at_start] = y, mode[:2]
+    if sensitivity:
+        sens_out[:at_start] = sens
+    max_step = rig.natural_period / 12.0
+    options = Options(rtol, atol, max_step, 2_000_000_000, extrema, sensitivity)
+    clock = np.array([t_start, min(1e-3, max(seconds, 1e-12)), 0.0])
+    stats = np.zeros(5, dtype=np.int64)
+    scratch, log, logs = new_scratch(), new_log(1024), []
+    status = LOG_FULL
+    while status == LOG_FULL:
+        status = advance(
+            p, y, mode, clock, drive.breaks, drive.pieces, times[at_start:], out[at_start:],
+            out_modes[at_start:], log, sens, sens_out[at_start:], stats, TABLEAUX[method],
+            options, scratch,
+        )  # fmt: skip
+        logs.append(log)
+        log = new_log(2 * len(log.t))
+    _check_status(status, clock[0], y)
+    _warn_if_negative(rig, clock[2])
+    return Trajectory(
+        times, out, out_modes, drive, _join(logs), sens_out, y, mode, float(clock[2]),
+        int(stats[0]),
+    )  # fmt: skip
+
+
+def _check(rig: Rig, seconds: float, rtol: float, atol: float, method: str) -> None:
+    if rig.effects:
+        names = ", ".join(str(e.get("id", "?")) for e in rig.effects)
+        raise InputError(f"rig effects not known to this version: {names}; remove [[effects]]")
+    if not (math.isfinite(seconds) and seconds > 0):
+        raise InputError(f"seconds is {seconds}: give a duration greater than 0")
+    if not (1e-15 < rtol < 1 and atol > 0):
+        raise InputError(f"rtol={rtol}, atol={atol}: give 1e-15 < rtol < 1 and atol > 0")
+    if method not in TABLEAUX:
+        raise InputError(f"method is {method!r}: give one of {', '.join(TABLEAUX)}")
+
+
+def _sample_times(
+    t_start: float, t_end: float, t_eval: FloatArray | None, rate: float | None
+) -> FloatArray:
+    if t_eval is None:
+        rate = 200.0 if rate is None else rate
+        if not (math.isfinite(rate) and rate > 0):
+            raise InputError(f"rate is {rate}: give samples per second, greater than 0")
+        count = math.floor((t_end - t_start) * rate * (1 + 1e-12) + 1e-9)
+        return np.minimum(t_start + np.arange(count + 1) / rate, t_end)
+    times = np.ascontiguousarray(t_eval, dtype=float)
+    if times.ndim != 1 or not np.isfinite(times).all() or (np.diff(times) < 0).any():
+        raise InputError("t_eval must be a one-dimensional ascending array of finite times")
+    if len(times) and (times[0] < t_start or times[-1] > t_end):
+        raise InputError(f"t_eval must lie within {t_start:g} to {t_end:g} s")
+    return times
+
+
+def _initial_state(initial: FloatArray | None) -> FloatArray:
+    y = REST.copy() if initial is None else np.array(initial, dtype=float)
+    if y.shape != (N_STATE,) or not np.isfinite(y).all():
+        raise InputError("initial must be four finite numbers: twist, omega_u, omega_l, theta_l")
+    return y
+
+
+def _check_status(status: int, t: float, y: FloatArray) -> None:
+    if status in (STEP_TOO_SMALL, TOO_MANY_STEPS):
+        reason = "the step size collapsed" if status == STEP_TOO_SMALL else "too many steps"
+        raise RuntimeError(f"integration stopped at t = {t:.6g} s ({reason}), state {y.tolist()}")
+
+
+def _warn_if_negative(rig: Rig, max_speed: float) -> None:
+    if rig.clamp or rig.inertias == 1 or _warned:
+        return
+    span = negative_range(rig)
+    if span is not None and max_speed > span[0]:
+        _warned.append(True)
+        warnings.warn(
+            f"the lower disc reached {max_speed:.1f} rad/s, where the friction torque of this rig "
+            f"is negative ({span[0]:.1f} to {span[1]:.1f} rad/s, against equation (3)); "
+            "use clamp=True to forbid it",
+            NegativeFrictionWarning,
+            stacklevel=3,
+        )
+
+
+def _join(logs: list[Log]) -> Events:
+    counts = [int(log.count[0]) for log in logs]
+    codes = np.concatenate([log.code[:n] for log, n in zip(logs, counts, strict=True)])
+    return Events(
+        np.concatenate([log.t[:n] for log, n in zip(logs, counts, strict=True)]),
+        codes[:, 0],
+        codes[:, 1],
+        np.concatenate([log.state[:n] for log, n in zip(logs, counts, strict=True)]),
+    )

@@ -1,0 +1,160 @@
+"""Voltages as piecewise polynomials: constant, sampled or any function of time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import chebyshev, polynomial
+
+from drill_env._errors import InputError
+from drill_env._types import FloatArray, VoltageFunction
+
+_DEGREE = 7
+_TOLERANCE = 1e-11
+_SHORTEST = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Voltage:
+    """A voltage over time, in V.
+
+    Attributes:
+        breaks: ends of the pieces in s, ascending, shape (n + 1,).
+        pieces: coefficients of each piece in powers of its share s in [0, 1],
+            shape (n, degree + 1).
+    """
+
+    breaks: FloatArray
+    pieces: FloatArray
+
+    def __call__(self, t: FloatArray | float) -> FloatArray:
+        """Value at times `t` (s); at a jump the one that holds from there on."""
+        t = np.asarray(t, dtype=float)
+        i = np.clip(np.searchsorted(self.breaks, t, side="right") - 1, 0, len(self.pieces) - 1)
+        share = (t - self.breaks[i]) / (self.breaks[i + 1] - self.breaks[i])
+        return polynomial.polyval(share, self.pieces[i].T, tensor=False)
+
+
+def constant_voltage(volts: float, t_start: float, t_end: float) -> Voltage:
+    """One value over [t_start, t_end]."""
+    if not np.isfinite(volts):
+        raise InputError(f"voltage is {volts}: give a finite number")
+    return Voltage(np.array([t_start, t_end]), np.array([[float(volts)]]))
+
+
+def sampled_voltage(t: FloatArray, u: FloatArray, t_end: float | None = None) -> Voltage:
+    """Zero-order hold: ``u[i]`` holds from ``t[i]`` to ``t[i+1]``.
+
+    Args:
+        t: times in s, strictly ascending, shape (n,).
+        u: voltages in V, shape (n,) (or n - 1, then `t_end` is ``t[-1]``).
+        t_end: end of the last hold; one mean interval after ``t[-1]`` by default.
+
+    Raises:
+        InputError: shapes differ, a value is not finite or times do not ascend.
+    """
+    t, u = np.asarray(t, dtype=float), np.asarray(u, dtype=float)
+    if t.ndim != 1 or u.ndim != 1 or len(t) not in (len(u), len(u) + 1) or len(u) == 0:
+        raise InputError(f"sampled voltage: t has shape {t.shape} and u {u.shape}; make them equal")
+    if not (np.isfinite(t).all() and np.isfinite(u).all()):
+        raise InputError("sampled voltage: t or u holds NaN or infinity; remove those rows")
+    if len(t) == len(u):
+        mean = (t[-1] - t[0]) / (len(t) - 1) if len(t) > 1 else 1.0
+        last = t[-1] + mean if t_end is None else t_end
+        t = np.append(t, last) if last > t[-1] else t
+        u = u[: len(t) - 1]
+    if len(u) == 0 or not (np.diff(t) > 0).all():
+        raise InputError("sampled voltage: t must ascend strictly; sort it and drop repeats")
+    # Equal neighbours are one piece, so that constant stretches cost nothing.
+    keep = np.concatenate([[True], np.diff(u) != 0.0])
+    return Voltage(np.append(t[:-1][keep], t[-1]), u[keep][:, None])
+
+
+def function_voltage(function: VoltageFunction, t_start: float, t_end: float) -> Voltage:
+    """Piecewise Chebyshev interpolant of any function of time, to about 1e-11.
+
+    Pieces are halved until they fit; around a jump they shrink to 1e-9 s.
+
+    Raises:
+        InputError: the function returns something that is not a finite number.
+    """
+
+    def values(times: FloatArray) -> FloatArray:
+        found = np.array([function(float(time)) for time in times], dtype=float)
+        if found.shape != times.shape or not np.isfinite(found).all():
+            raise InputError(f"voltage function is not a finite number on [{times[0]}, {times[-1]}]")
+        return found
+
+    nodes = 0.5 * (1.0 + np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1)))[::-1]
+    probes = np.array([0.0, 0.037, 0.171, 0.391, 0.613, 0.822, 0.957])
+    span = max(t_end - t_start, _SHORTEST)
+    pending = [(a, b) for a, b in zip(*_cells(t_start, t_end, span), strict=True)][::-1]
+    breaks, pieces = [t_start], []
+    while pending:
+        a, b = pending.pop()
+        width = b - a
+        series = chebyshev.chebfit(2.0 * nodes - 1.0, values(a + width * nodes), _DEGREE)
+        truth = values(a + width * probes)
+        miss = np.abs(chebyshev.chebval(2.0 * probes - 1.0, series) - truth).max()
+        if miss > _TOLERANCE * (1.0 + np.abs(truth).max()) and width > _SHORTEST:
+            middle = 0.5 * (a + b)
+            pending += [(middle, b), (a, middle)]
+            continue
+        breaks.append(b)
+        pieces.append(_to_share(series))
+    return Voltage(np.array(breaks), np.array(pieces))
+
+
+def _cells(t_start: float, t_end: float, span: float) -> tuple[FloatArray, FloatArray]:
+    edges = np.linspace(t_start, t_end, max(2, int(np.ceil(span / 0.5)) + 1))
+    return edges[:-1], edges[1:]
+
+
+def _to_share(series: FloatArray) -> FloatArray:
+    powers = chebyshev.cheb2poly(series)
+    out = np.zeros(_DEGREE + 1)
+    base = np.array([1.0])
+    for coefficient in powers:
+        out[: len(base)] += coefficient * base
+        base = polynomial.polymul(base, [-1.0, 2.0])
+    return out
+
+
+def as_voltage(voltage: float | VoltageFunction | Voltage, t_start: float, t_end: float) -> Voltage:
+    """Any accepted form of voltage as a `Voltage` that covers [t_start, t_end]."""
+    if isinstance(voltage, Voltage):
+        return _cut(voltage, t_start, t_end)
+    if callable(voltage):
+        return function_voltage(voltage, t_start, t_end)
+    return constant_voltage(float(voltage), t_start, t_end)
+
+
+def _cut(voltage: Voltage, t_start: float, t_end: float) -> Voltage:
+    breaks = voltage.breaks
+    if breaks[0] > t_start or breaks[-1] < t_end - 1e-9 * (1.0 + abs(t_end)):
+        raise InputError(
+            f"voltage covers {breaks[0]:g} to {breaks[-1]:g} s but {t_start:g} to {t_end:g} s "
+            "is asked for; shorten the time or lengthen the voltage"
+        )
+    if breaks[0] == t_start and breaks[-1] == t_end:
+        return voltage
+    first = int(np.searchsorted(breaks, t_start, side="right")) - 1
+    last = max(int(np.searchsorted(breaks, t_end, side="left")), first + 1)
+    last = min(last, len(breaks) - 1)
+    new = breaks[first : last + 1].copy()
+    pieces = voltage.pieces[first:last].copy()
+    new[0], new[-1] = t_start, t_end
+    for i, j in ((0, first), (len(pieces) - 1, last - 1)):
+        pieces[i] = _restrict(voltage.pieces[j], breaks[j], breaks[j + 1], new[i], new[i + 1])
+    return Voltage(new, pieces)
+
+
+def _restrict(piece: FloatArray, a: float, b: float, low: float, high: float) -> FloatArray:
+    line = [(low - a) / (b - a), (high - low) / (b - a)]
+    out = np.zeros_like(piece)
+    base = np.array([1.0])
+    for coefficient in piece:
+        out[: len(base)] += coefficient * base
+        base = polynomial.polymul(base, line)[: len(piece)]
+    return out
