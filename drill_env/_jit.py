@@ -12,11 +12,17 @@ _OPTIONS: dict[str, Any] = {
     # Batches run on plain threads.
     "nogil": True,
     "error_model": "numpy",
+    # Kernels allocate nothing, so they need no reference counts; counting them took
+    # two thirds of the time of a step.
+    "_nrt": False,
     # Fused multiply-add only: no reordering, so NaN and inf keep their meaning.
     "fastmath": {"contract"},
 }
 
 
 def kernel(function: F) -> F:
-    """Compile `function` with the project's numba options."""
+    """Compile `function` with the project's numba options.
+
+    The function must not allocate: working arrays are handed in by the caller.
+    """
     return njit(**_OPTIONS)(function)  # pyright: ignore

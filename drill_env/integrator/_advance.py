@@ -135,7 +135,7 @@ def note_extremum(p, t, y, h, degree, scratch, last, log):
             a = s
         else:
             b = s
-    turn = np.empty(N_STATE)
+    turn = scratch.jac
     for i in range(N_STATE):
         turn[i] = dense_at(y, scratch.dense, degree, i, 0.5 * (a + b))
     note(log, t + 0.5 * (a + b) * h, LOWER, MAXIMUM if rate0 > 0.0 else MINIMUM, turn)
@@ -187,6 +187,14 @@ def write_samples(t, end, y, h, next_sample, t_eval, out, modes, mode, dense, de
         modes[next_sample, 1] = mode[1]
         next_sample += 1
     return next_sample
+
+
+@kernel
+def copy_sensitivity(sens, sens_out, row):
+    """Keep the present sensitivities as those of sample `row`."""
+    for r in range(N_STATE):
+        for c in range(N_COLUMNS):
+            sens_out[row, r, c] = sens[r, c]
 
 
 @kernel
@@ -251,7 +259,7 @@ def advance(
                         out[sample, i] = y[i]
                     modes[sample, 0] = modes[sample, 1] = 0
                     if options.sensitivity:
-                        sens_out[sample] = sens
+                        copy_sensitivity(sens, sens_out, sample)
                     sample += 1
                 t = end
                 chatter = 0
@@ -319,7 +327,7 @@ def advance(
                 t, t_new, y, h, sample, t_eval, out, modes, mode, dense, degree, ys[last]
             )
             if options.sensitivity and sample > first:
-                sens_out[first] = sens
+                copy_sensitivity(sens, sens_out, first)
             if options.extrema and mode[1] != 0:
                 note_extremum(p, t, y, h, degree, scratch, last, log)
             for i in range(N_STATE):

@@ -1,0 +1,89 @@
+# `make demo` and `make test` do everything on a fresh machine: they create .venv,
+# install the pinned dependencies and run. Python 3.11 or newer and make are all it takes.
+
+PYTHON ?= python3
+JOBS ?= 2
+OUT ?= out
+
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input install --quiet -c constraints.txt
+INPUTS := pyproject.toml constraints.txt
+CODE := drill_env agents baselines tests benchmarks $(wildcard train.py)
+
+# The stamps lie inside the environment, so that they vanish with it.
+READY := $(VENV)/.ready
+READY_DEV := $(VENV)/.ready-dev
+READY_BENCH := $(VENV)/.ready-bench
+
+export PATH := $(CURDIR)/$(BIN):$(PATH)
+# No window and no display is needed anywhere.
+export MPLBACKEND := Agg
+export SDL_VIDEODRIVER := dummy
+export SDL_AUDIODRIVER := dummy
+export PYGAME_HIDE_SUPPORT_PROMPT := 1
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test bench lint type docs warm tests format setup clean
+
+help:
+	@echo "make demo    install, then run the main job; results in ./$(OUT)"
+	@echo "make test    install, then check style and types, build the docs, run all tests"
+	@echo "make bench   install the peers too, then measure beside them"
+	@echo "make setup   install for development only (.venv)"
+	@echo "make format lint type docs tests   one step each"
+	@echo "make clean   remove everything that can be made again, .venv included"
+
+demo: $(READY)
+	$(BIN)/drill-env demo --out $(OUT)
+
+# pytest comes last: its summary closes the output.
+test: lint type docs tests
+
+bench: $(READY_BENCH) warm
+	$(BIN)/python -m benchmarks
+
+setup: $(READY_DEV)
+
+lint: $(READY_DEV)
+	$(BIN)/ruff check $(CODE)
+	$(BIN)/ruff format --check $(CODE)
+
+format: $(READY_DEV)
+	$(BIN)/ruff check --fix $(CODE)
+	$(BIN)/ruff format $(CODE)
+
+type: $(READY_DEV)
+	$(BIN)/pyright
+
+docs: $(READY_DEV)
+	$(BIN)/mkdocs build --quiet --strict
+
+# Fills numba's cache once; the parallel test processes would each compile on their own.
+warm: $(READY)
+	$(BIN)/python -c "import drill_env as d, drill_env.integrator as i; \
+	  i.simulate(d.Rig(), 3.5, 1.0, sensitivity=True)"
+
+tests: $(READY_DEV) warm
+	$(BIN)/python -m pytest -q -n $(JOBS)
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and \
+	  "drill-env needs Python 3.11 or newer; name one: make PYTHON=python3.11")'
+	$(PYTHON) -m venv $(VENV)
+
+$(READY): $(INPUTS) | $(BIN)/python
+	$(PIP) -e .
+	@touch $@
+
+$(READY_DEV): $(INPUTS) | $(BIN)/python
+	$(PIP) -e ".[dev]"
+	@touch $(READY) $@
+
+$(READY_BENCH): $(INPUTS) $(READY_DEV)
+	$(PIP) -e ".[dev,bench]"
+	@touch $@
+
+clean:
+	rm -rf $(VENV) build dist site $(OUT) .pytest_cache .ruff_cache .hypothesis
+	find $(CODE) -name __pycache__ -type d -prune -exec rm -rf {} +

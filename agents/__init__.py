@@ -1,0 +1,1 @@
+"""Learning agents for the drill-string environments."""

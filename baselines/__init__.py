@@ -1,0 +1,1 @@
+"""Classical controllers that learning agents are measured against."""

@@ -1,0 +1,1 @@
+"""From recordings to rig parameters, and how well a rig replays a recording."""

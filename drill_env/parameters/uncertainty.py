@@ -1,0 +1,89 @@
+"""Uncertainty sets L0-L3: how far a plant may lie from the nominal rig."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from drill_env._errors import InputError
+from drill_env._types import FloatArray
+from drill_env.parameters._vector import BL, BU, JL, KTHETA, PER_JL, T1, T2, TSL, TSU
+from drill_env.parameters.rig import Rig
+
+Level: TypeAlias = Literal["L0", "L1", "L2", "L3"]
+
+
+@dataclass(frozen=True, slots=True)
+class Uncertainty:
+    """Uniform ranges, relative unless said otherwise.
+
+    Args:
+        friction: lower and upper factor on the whole lower friction law.
+        hump: +- share of T1 and of T2, drawn separately.
+        bu: +- share.
+        ktheta: +- share.
+        Jl: +- share.
+        Tsu: +- share.
+        delay_s: largest sensor delay, s.
+    """
+
+    friction: tuple[float, float] = (1.0, 1.0)
+    hump: float = 0.0
+    bu: float = 0.0
+    ktheta: float = 0.0
+    Jl: float = 0.0
+    Tsu: float = 0.0
+    delay_s: float = 0.0
+
+    def draw(self, uniforms: FloatArray) -> FloatArray:
+        """One plant from eight numbers in [0, 1).
+
+        Returns:
+            Factors on (friction, T1, T2, bu, ktheta, Jl, Tsu), then the delay in s.
+        """
+        low, high = self.friction
+        spread = np.array([self.hump, self.hump, self.bu, self.ktheta, self.Jl, self.Tsu])
+        out = np.empty(8)
+        out[0] = low + (high - low) * uniforms[0]
+        out[1:7] = 1.0 + spread * (2.0 * uniforms[1:7] - 1.0)
+        out[7] = self.delay_s * uniforms[7]
+        return out
+
+
+UNCERTAINTY: dict[Level, Uncertainty] = {
+    "L0": Uncertainty(),
+    "L1": Uncertainty((0.8, 1.2), 0.10, 0.03, 0.05, 0.05, 0.10, 0.020),
+    "L2": Uncertainty((0.5, 1.5), 0.15, 0.08, 0.15, 0.10, 0.30, 0.100),
+    "L3": Uncertainty((0.3, 2.5), 0.15, 0.15, 0.30, 0.20, 0.50, 0.200),
+}
+
+
+def uncertainty(level: Level | Uncertainty) -> Uncertainty:
+    """The set of a level name; a set passes through.
+
+    Raises:
+        InputError: the name is unknown.
+    """
+    if isinstance(level, Uncertainty):
+        return level
+    if level not in UNCERTAINTY:
+        raise InputError(f"uncertainty is {level!r}: give one of {', '.join(UNCERTAINTY)}")
+    return UNCERTAINTY[level]
+
+
+def perturb_vector(p: FloatArray, factors: FloatArray) -> None:
+    """Apply a drawn plant to flat parameters, in place."""
+    p[[TSL, T1, T2, BL]] *= factors[0]
+    p[[T1, T2, BU, KTHETA, JL, TSU]] *= factors[1:7]
+    p[PER_JL] = 1.0 / p[JL]
+
+
+def perturb(rig: Rig, factors: FloatArray) -> Rig:
+    """The rig of a drawn plant; the delay is the sensors' business."""
+    f = factors
+    return rig.replace(
+        Tsl=rig.Tsl * f[0], bl=rig.bl * f[0], T1=rig.T1 * f[0] * f[1], T2=rig.T2 * f[0] * f[2],
+        bu=rig.bu * f[3], ktheta=rig.ktheta * f[4], Jl=rig.Jl * f[5], Tsu=rig.Tsu * f[6],
+    )  # fmt: skip

@@ -1,0 +1,221 @@
+"""Checks of a recording's time base and voltage, and what every channel shares."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from drill_env._errors import InputError
+from drill_env._types import BoolArray, FloatArray
+from drill_env.recordings.columns import Channel, Column
+from drill_env.recordings.recording import RecordingWarning
+
+SHORTEST = 10
+"""Rows below which nothing can be estimated."""
+
+_GAP = 1.8
+_JITTER = 0.01
+_SLOWEST = 0.25
+_LARGEST_VOLTAGE = 60.0
+_TIME_NAMES = {"ms": r"ms|msec|milli\w*", "us": r"us|usec|micro\w*", "ns": r"ns|nsec|nano\w*"}
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a channel came from, for messages.
+
+    Attributes:
+        source: the file.
+        channel: the channel.
+        column: its column in the file.
+        first_row: number of the first data row in the file.
+    """
+
+    source: str
+    channel: Channel
+    column: Column
+    first_row: int = 1
+
+    def __str__(self) -> str:
+        name = self.column.name
+        alias = "" if name == self.channel else f" ({self.channel})"
+        return f"{self.source}: column {name}{alias}"
+
+    def row(self, index: int | np.integer) -> int:
+        """The file's row number of sample `index`."""
+        return int(index) + self.first_row
+
+    def mapped(self, unit: str) -> str:
+        """The option that states a unit for this channel."""
+        return f"--map {self.channel}={self.column.name}:{unit}"
+
+
+def check_finite(values: FloatArray, place: Place) -> None:
+    """Refuse NaN and infinity.
+
+    Raises:
+        InputError: with the first bad row, and whether the file looks truncated.
+    """
+    bad = np.flatnonzero(~np.isfinite(values))
+    if len(bad) == 0:
+        return
+    if len(bad) == 1 and bad[0] == len(values) - 1:
+        raise InputError(
+            f"{place} has no number in the last row ({place.row(bad[0])}): the file looks "
+            "truncated; delete that row or copy the file again"
+        )
+    raise InputError(
+        f"{place} has {len(bad)} missing, NaN or infinite values, the first in row "
+        f"{place.row(bad[0])}; cut those rows out or fill them"
+    )
+
+
+def check_length(t: FloatArray, source: str) -> None:
+    """Refuse recordings too short for anything.
+
+    Raises:
+        InputError: fewer than ten rows.
+    """
+    if len(t) < SHORTEST:
+        raise InputError(
+            f"{source}: only {len(t)} rows, at least {SHORTEST} are needed; "
+            "the file is empty or truncated, record or export it again"
+        )
+
+
+def check_time(t: FloatArray, place: Place) -> list[RecordingWarning]:
+    """Check the time base.
+
+    Args:
+        t: times in s, finite, shape (n,).
+        place: where they came from.
+
+    Raises:
+        InputError: times repeat or run backwards, or the clock is not in seconds.
+    """
+    steps = np.diff(t)
+    bad = np.flatnonzero(steps <= 0.0)
+    if len(bad):
+        i = int(bad[0])
+        what = "repeats" if steps[i] == 0.0 else "runs backwards"
+        raise InputError(
+            f"{place} {what} in row {place.row(i + 1)} ({t[i]:.9g} then {t[i + 1]:.9g} s, "
+            f"{len(bad)} such rows in all); sort the rows and drop repeats"
+        )
+    median = float(np.median(steps))
+    _check_clock(median, place)
+    notes = []
+    if median > 0.5 * _SLOWEST:
+        notes.append(
+            RecordingWarning(
+                "slow_clock", f"{place}: {median:.4g} s between samples is slow for this rig"
+            )
+        )
+    return notes + _regularity(t, steps, median, place)
+
+
+def _check_clock(median: float, place: Place) -> None:
+    if place.column.stated:
+        return
+    words = re.split(r"[^a-z]+", place.column.name.lower())
+    for unit, pattern in _TIME_NAMES.items():
+        if any(re.fullmatch(pattern, word) for word in words):
+            raise InputError(
+                f"{place} is named as if in {unit}; state the unit: {place.mapped(unit)} "
+                f"(or {place.mapped('s')} if it is in seconds)"
+            )
+    if median > _SLOWEST:
+        unit = "ms" if median < 500.0 else "us" if median < 5e5 else "ns"
+        raise InputError(
+            f"{place} steps by {median:.6g}, which as seconds is too slow for this rig; the clock "
+            f"is probably in {unit}: {place.mapped(unit)} (or {place.mapped('s')} if it is not)"
+        )
+
+
+def _regularity(
+    t: FloatArray, steps: FloatArray, median: float, place: Place
+) -> list[RecordingWarning]:
+    notes = []
+    gaps = steps > _GAP * median
+    if gaps.any():
+        i = int(np.flatnonzero(gaps)[0])
+        lost = float(np.round(steps[gaps] / median - 1.0).sum())
+        notes.append(
+            RecordingWarning(
+                "gap",
+                f"{place}: {int(gaps.sum())} gaps, about {lost:.0f} samples lost, the first at "
+                f"{t[i]:.6g} s (row {place.row(i)}), the longest {steps.max():.4g} s; the voltage "
+                "is taken as held across them",
+            )
+        )
+    jitter = float(np.sqrt(np.mean((steps[~gaps] / median - 1.0) ** 2)))
+    if jitter > _JITTER:
+        notes.append(
+            RecordingWarning(
+                "jitter",
+                f"{place}: sampling jitter {100 * jitter:.1f} % rms of the {median:.6g} s interval "
+                f"({1e3 * steps.min():.4g} to {1e3 * steps[~gaps].max():.4g} ms)",
+            )
+        )
+    return notes
+
+
+def check_voltage(u: FloatArray, place: Place) -> list[RecordingWarning]:
+    """Remark a constant, clipped or implausibly large voltage (V), shape (n,)."""
+    if np.all(u == u[0]):
+        return [
+            RecordingWarning(
+                "constant", f"{place} is constant at {u[0]:.6g} V; fine only for a steady run"
+            )
+        ]
+    notes = []
+    if np.abs(u).max() > _LARGEST_VOLTAGE and not place.column.stated:
+        notes.append(
+            RecordingWarning(
+                "large_voltage",
+                f"{place} reaches {np.abs(u).max():.4g} V; if it is in mV state so: "
+                f"{place.mapped('mV')}",
+            )
+        )
+    for name, level in (("maximum", u.max()), ("minimum", u.min())):
+        share = _clipped_share(u, float(level))
+        if share > 0:
+            notes.append(
+                RecordingWarning(
+                    "saturated",
+                    f"{place} sits at its {name} {level:.6g} V for {100 * share:.1f} % of the "
+                    "time; if a limit cut it there, record the voltage behind that limit",
+                )
+            )
+    return notes
+
+
+def _clipped_share(u: FloatArray, level: float) -> float:
+    """Share of samples cut off at an extreme, 0 when it looks like a peak or a set level."""
+    span = float(np.ptp(u))
+    depth = np.abs(u - level) / span
+    at_level = depth <= 0.0025
+    # A smooth signal that was cut is dense at the limit and thin just inside; a peak is not.
+    inside = int(((depth > 0.0025) & (depth <= 0.0225)).sum())
+    share = float(at_level.mean())
+    if share < 0.01 or at_level.sum() < 3 * inside or len(np.unique(u)) < 20:
+        return 0.0
+    starts = np.flatnonzero(np.diff(at_level.astype(int)) == 1)
+    ends = np.flatnonzero(np.diff(at_level.astype(int)) == -1) + 1
+    if len(starts) == 0 or len(ends) == 0:
+        return 0.0
+    # Steps to a set level jump; ramps that stop at one do so once.
+    smooth = np.median(depth[np.concatenate([starts, ends])]) < 0.1
+    return share if smooth and len(starts) >= 2 else 0.0
+
+
+def longest_run(flags: BoolArray) -> tuple[int, int]:
+    """Start and length of the longest stretch of true flags."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]])))
+    starts, lengths = edges[::2], edges[1::2] - edges[::2]
+    if len(starts) == 0:
+        return 0, 0
+    best = int(np.argmax(lengths))
+    return int(starts[best]), int(lengths[best])

@@ -1,0 +1,152 @@
+"""Which column of a file feeds which channel, and in what unit."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from drill_env._errors import InputError
+
+Channel: TypeAlias = Literal["t", "u", "theta_u", "theta_l"]
+CHANNELS: tuple[Channel, ...] = ("t", "u", "theta_u", "theta_l")
+ANGLES: tuple[Channel, ...] = ("theta_u", "theta_l")
+
+_TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
+_VOLTAGE = {"V": 1.0, "mV": 1e-3, "kV": 1e3}
+# A linear axis is a one-inertia rig too, so its position may be a length.
+_ANGLE = {
+    "rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180.0, "turn": 2.0 * math.pi, "rev": 2.0 * math.pi,
+    "m": 1.0, "mm": 1e-3, "um": 1e-6,
+}  # fmt: skip
+UNITS: dict[Channel, dict[str, float]] = {
+    "t": _TIME,
+    "u": _VOLTAGE,
+    "theta_u": _ANGLE,
+    "theta_l": _ANGLE,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One channel's column in a file.
+
+    Attributes:
+        name: the column's name in the file.
+        unit: the unit as stated, None when nothing was stated.
+        scale: SI value of one unit.
+        turn: counts per revolution, for counted encoders.
+    """
+
+    name: str
+    unit: str | None = None
+    scale: float = 1.0
+    turn: float | None = None
+
+    @property
+    def stated(self) -> bool:
+        """Whether a unit was stated, so that no check second-guesses it."""
+        return self.unit is not None
+
+
+ColumnMap: TypeAlias = Mapping[Channel, str]
+"""Channel to "COLUMN" or "COLUMN:UNIT", as `parse_map` returns it."""
+
+
+def parse_map(entries: Iterable[str]) -> dict[Channel, str]:
+    """Read ``CHANNEL=COLUMN[:UNIT]`` entries.
+
+    Units: t in s, ms, us, ns, min; u in V, mV, kV; angles in rad, mrad, deg, turn, rev,
+    m, mm, um or ``counts/N`` (N counts per revolution); or a bare number to multiply by.
+
+    Raises:
+        InputError: an entry has no "=", an unknown channel or comes twice.
+    """
+    found: dict[Channel, str] = {}
+    for entry in entries:
+        name, equals, column = entry.partition("=")
+        channel = next((c for c in CHANNELS if c == name.strip()), None)
+        if not equals or not column.strip():
+            raise InputError(f"--map {entry}: write CHANNEL=COLUMN[:UNIT], for example t=time:ms")
+        if channel is None:
+            raise InputError(f"--map {entry}: unknown channel; known: {', '.join(CHANNELS)}")
+        if channel in found:
+            raise InputError(f"--map names {channel} twice; keep one of them")
+        found[channel] = column.strip()
+    return found
+
+
+def resolve(
+    source: str, found: Sequence[str], column_map: ColumnMap | None
+) -> dict[Channel, Column]:
+    """Match channels with the columns of a file.
+
+    Args:
+        source: the file, for messages.
+        found: the file's columns.
+        column_map: mapped channels; the others are looked for under their own names.
+
+    Raises:
+        InputError: a mapped column or the time column is not there, or a unit is unknown.
+    """
+    given: ColumnMap = column_map or {}
+    unknown = sorted(set(given) - set(CHANNELS))
+    if unknown:
+        raise InputError(
+            f"column map: unknown channel {unknown[0]!r}; known: {', '.join(CHANNELS)}"
+        )
+    columns = {c: _parse(source, c, text, found) for c, text in given.items()}
+    for channel in CHANNELS:
+        if channel not in columns and channel in found:
+            columns[channel] = Column(channel)
+    if "t" not in columns:
+        raise InputError(missing_text(source, ("t",), found))
+    return columns
+
+
+def missing_text(source: str, channels: Sequence[str], found: Sequence[str]) -> str:
+    """The message for channels that a file lacks, with the columns it has."""
+    one = channels[0]
+    near = difflib.get_close_matches(one.lower(), [f.lower() for f in found], n=1, cutoff=0.7)
+    guess = next((f for f in found if near and f.lower() == near[0]), "COLUMN")
+    return (
+        f"{source}: no column {' and '.join(channels)}; found: {_listed(found)}. "
+        f"Name it, for example --map {one}={guess}"
+    )
+
+
+def _listed(found: Sequence[str]) -> str:
+    shown = ", ".join(found[:20])
+    return f"{shown}, … ({len(found)} in all)" if len(found) > 20 else shown or "none"
+
+
+def _parse(source: str, channel: Channel, text: str, found: Sequence[str]) -> Column:
+    # A column may itself hold a colon, so the whole text is tried first.
+    name, colon, unit = (text, "", "") if text in found else text.rpartition(":")
+    if not colon:
+        name, unit = text, ""
+    if name not in found:
+        raise InputError(missing_text(source, (name,), found).replace(f"{name}=", f"{channel}=", 1))
+    if not unit:
+        return Column(name)
+    counts = re.fullmatch(r"counts/(\d+(?:\.\d+)?(?:[eE]\d+)?)", unit)
+    if counts and channel in ANGLES and float(counts[1]) > 0:
+        turn = float(counts[1])
+        return Column(name, unit, 2.0 * math.pi / turn, turn)
+    if unit in UNITS[channel]:
+        return Column(name, unit, UNITS[channel][unit])
+    return Column(name, unit, _number(channel, text, unit))
+
+
+def _number(channel: Channel, text: str, unit: str) -> float:
+    try:
+        scale = float(unit)
+    except ValueError:
+        scale = math.nan
+    if math.isfinite(scale) and scale != 0.0:
+        return scale
+    names = [*UNITS[channel], *(["counts/N"] if channel in ANGLES else []), "a number to multiply"]
+    raise InputError(f"--map {channel}={text}: unknown unit {unit!r}; known: {', '.join(names)}")

@@ -1,0 +1,111 @@
+"""Reading a recording: columns to channels, units to SI, and every check on the way."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+from drill_env._errors import InputError
+from drill_env._types import FloatArray, PathLike
+from drill_env.recordings.angles import check_angle
+from drill_env.recordings.checks import (
+    Place,
+    check_finite,
+    check_length,
+    check_time,
+    check_voltage,
+)
+from drill_env.recordings.columns import ANGLES, Channel, Column, ColumnMap, missing_text, resolve
+from drill_env.recordings.recording import Recording, RecordingWarning
+from drill_env.recordings.tables import Table, as_numbers, read_table
+
+
+def read_recording(
+    path: PathLike, column_map: ColumnMap | None = None, *, need: tuple[Channel, ...] = ()
+) -> Recording:
+    """Read one recording and check it.
+
+    Row i holds the angles sampled at t[i] and the voltage held from t[i] to t[i+1].
+    Each remark is issued as a `RecordingWarning` and kept in the recording's notes.
+
+    Args:
+        path: .csv, .csv.gz, .parquet or .mat file.
+        column_map: channel to "COLUMN" or "COLUMN:UNIT", see `parse_map`; channels not
+            mapped are looked for under their own names.
+        need: channels that must be there, besides t.
+
+    Raises:
+        InputError: the file, a column or the time base is bad.
+    """
+    path = Path(path)
+    source = str(path)
+    table = read_table(path)
+    found = tuple(table.columns)
+    columns = resolve(source, found, column_map)
+    absent = [name for name in need if name not in columns]
+    if absent:
+        raise InputError(missing_text(source, absent, found))
+    check_length(table.columns[columns["t"].name], source)
+    values, places = _channels(source, table, columns)
+    notes = check_time(values["t"], places["t"])
+    if "u" in values:
+        notes += check_voltage(values["u"], places["u"])
+    quanta: dict[str, float] = {}
+    for name in ANGLES:
+        if name in values:
+            values[name], step, remarks = check_angle(values["t"], values[name], places[name])
+            notes += remarks
+            if step is not None:
+                quanta[name] = step
+    extra, ignored = _extra(source, table, columns)
+    notes += ignored
+    for note in notes:
+        warnings.warn(note, stacklevel=2)
+    return Recording(
+        **values, extra=extra, constants=table.constants, quanta=quanta, source=source,
+        columns=(*found, *table.constants), notes=tuple(notes),
+    )  # fmt: skip
+
+
+def _channels(
+    source: str, table: Table, columns: dict[Channel, Column]
+) -> tuple[dict[Channel, FloatArray], dict[Channel, Place]]:
+    values: dict[Channel, FloatArray] = {}
+    places = {n: Place(source, n, column, table.first_row) for n, column in columns.items()}
+    rows = len(table.columns[columns["t"].name])
+    for name, column in columns.items():
+        raw = table.columns[column.name]
+        if len(raw) != rows:
+            raise InputError(
+                f"{places[name]} has {len(raw)} values and the time {rows}; make them equal"
+            )
+        numbers = as_numbers(raw, str(places[name]), table.first_row)
+        check_finite(numbers, places[name])
+        # The signed zeros of exported files would otherwise show in every difference.
+        values[name] = numbers * column.scale + 0.0
+    return values, places
+
+
+def _extra(
+    source: str, table: Table, columns: dict[Channel, Column]
+) -> tuple[dict[str, FloatArray], list[RecordingWarning]]:
+    used = {column.name for column in columns.values()}
+    rows = len(table.columns[columns["t"].name])
+    extra: dict[str, FloatArray] = {}
+    ignored: list[str] = []
+    for name, values in table.columns.items():
+        if name in used:
+            continue
+        try:
+            numbers = as_numbers(values, name)
+        except InputError:
+            ignored.append(name)
+            continue
+        if len(numbers) == rows:
+            extra[name] = numbers
+        else:
+            ignored.append(name)
+    if not ignored:
+        return extra, []
+    text = f"{source}: columns left out, not numeric or of another length: {', '.join(ignored)}"
+    return extra, [RecordingWarning("ignored_column", text)]

@@ -1,0 +1,128 @@
+"""A recording: the channels of one run on the rig, in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from drill_env._errors import InputError
+from drill_env._types import FloatArray
+from drill_env.recordings.columns import ANGLES, CHANNELS, Channel, missing_text
+
+
+class RecordingWarning(UserWarning):
+    """Something in a recording that the reader should know of.
+
+    Attributes:
+        code: what it is, one of "jitter", "gap", "slow_clock", "constant", "saturated",
+            "wrapped", "jump", "implausible_speed", "large_voltage", "ignored_column",
+            "twist_offset".
+    """
+
+    def __init__(self, code: str, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """One run. Row i holds the angles at t[i] and the voltage held from t[i] to t[i+1].
+
+    Attributes:
+        t: times in s, strictly ascending, shape (n,).
+        u: motor voltage in V, shape (n,), or None.
+        theta_u: upper-disc angle in rad (or position in m), shape (n,), or None.
+        theta_l: lower-disc angle in rad, shape (n,), or None.
+        extra: other numeric columns as they stand in the file, each of shape (n,).
+        constants: single numbers in the file, such as a drive gain.
+        quanta: encoder step of each angle where one is visible, rad.
+        source: the file it came from.
+        columns: all columns found in the file.
+        notes: what the checks remarked.
+    """
+
+    t: FloatArray
+    u: FloatArray | None = None
+    theta_u: FloatArray | None = None
+    theta_l: FloatArray | None = None
+    extra: Mapping[str, FloatArray] = field(default_factory=dict)
+    constants: Mapping[str, float] = field(default_factory=dict)
+    quanta: Mapping[str, float] = field(default_factory=dict)
+    source: str = "recording"
+    columns: tuple[str, ...] = ()
+    notes: tuple[RecordingWarning, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name, values in self.channels().items():
+            if values.shape != self.t.shape or values.ndim != 1:
+                raise InputError(
+                    f"{self.source}: {name} has shape {values.shape} and t {self.t.shape}; "
+                    "make them one-dimensional and equally long"
+                )
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def channels(self) -> dict[Channel, FloatArray]:
+        """The channels present, t among them."""
+        values = {name: getattr(self, name) for name in CHANNELS}
+        return {name: value for name, value in values.items() if value is not None}
+
+    def angles(self) -> dict[Channel, FloatArray]:
+        """The angle channels present."""
+        return {name: value for name, value in self.channels().items() if name in ANGLES}
+
+    def channel(self, name: Channel) -> FloatArray:
+        """One channel, shape (n,).
+
+        Raises:
+            InputError: the recording does not hold it.
+        """
+        values = self.channels().get(name)
+        if values is None:
+            found = self.columns or tuple(self.channels())
+            raise InputError(missing_text(self.source, (name,), found))
+        return values
+
+    @property
+    def interval(self) -> float:
+        """Mean sampling interval in s."""
+        return float((self.t[-1] - self.t[0]) / (len(self.t) - 1))
+
+    @property
+    def rate(self) -> float:
+        """Samples per second."""
+        return 1.0 / self.interval
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample in s."""
+        return float(self.t[-1] - self.t[0])
+
+    def has_note(self, code: str) -> bool:
+        """Whether a check remarked `code`."""
+        return any(note.code == code for note in self.notes)
+
+    def constant(self, name: str) -> float:
+        """A single number of the file: a scalar, or a column that never changes.
+
+        Raises:
+            InputError: there is none of that name, or the column varies.
+        """
+        if name in self.constants:
+            return self.constants[name]
+        column = self.extra.get(name)
+        if column is None:
+            found = ", ".join([*self.constants, *self.extra]) or "none"
+            raise InputError(f"{self.source}: no number {name}; found besides channels: {found}")
+        if not np.all(column == column[0]):
+            raise InputError(f"{self.source}: column {name} varies; give the number itself")
+        return float(column[0])
+
+    def part(self, start: int, stop: int) -> Recording:
+        """Rows start to stop - 1, with the same source and notes."""
+        cut = {name: values[start:stop] for name, values in self.channels().items()}
+        extra = {name: values[start:stop] for name, values in self.extra.items()}
+        return replace(self, extra=extra, **cut)
