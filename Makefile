@@ -9,7 +9,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input install --quiet -c constraints.txt
 INPUTS := pyproject.toml constraints.txt
-CODE := drill_env agents baselines tests benchmarks $(wildcard train.py)
+CODE := $(wildcard agents baselines benchmarks drill_env tests train.py)
 
 # The stamps lie inside the environment, so that they vanish with it.
 READY := $(VENV)/.ready
@@ -22,8 +22,11 @@ export MPLBACKEND := Agg
 export SDL_VIDEODRIVER := dummy
 export SDL_AUDIODRIVER := dummy
 export PYGAME_HIDE_SUPPORT_PROMPT := 1
+export NO_MKDOCS_2_WARNING := 1
 
 .DEFAULT_GOAL := help
+# The closing lines of `make test` must be those of pytest, with -j too.
+.NOTPARALLEL:
 .PHONY: help demo test bench lint type docs warm tests format setup clean
 
 help:

@@ -1,11 +1,27 @@
-"""Torsional vibration of rotary drilling on the experimental drill-string rig."""
+"""Torsional vibration of rotary drilling on the experimental drill-string rig.
+
+Importing it registers ``DrillString-v0`` and ``DrillStringSurface-v0`` with Gymnasium.
+"""
+
+from typing import Any
 
 from drill_env import _siblings
 from drill_env._errors import InputError
+from drill_env.environment._register import register_ids
 from drill_env.parameters import Rig, load_rig, save_rig
-
-_siblings.install()
 
 __version__ = "0.1.0"
 
-__all__ = ["InputError", "Rig", "__version__", "load_rig", "save_rig"]
+__all__ = ["InputError", "Rig", "Trajectory", "__version__", "load_rig", "save_rig", "simulate"]
+
+_siblings.install()
+register_ids()
+
+
+def __getattr__(name: str) -> Any:
+    # The integrator pulls in numba; whoever only wants the ids should not wait for it.
+    if name in ("simulate", "Trajectory"):
+        from drill_env import integrator
+
+        return getattr(integrator, name)
+    raise AttributeError(f"module 'drill_env' has no attribute {name!r}")

@@ -1,8 +1,9 @@
 """Slow, independent reference for the set-valued rig, written from the paper's equations.
 
-It shares no code with `drill_env`: SciPy's DOP853 between terminal events, one vector
-field per stick/slip mode. The step is capped at 2 ms and every turning point of a
-velocity ends a step too, so that a grazing contact cannot hide inside one.
+It shares no code with `drill_env`: SciPy's DOP853 (the stepper of `solve_ivp`) between
+terminal events located by `brentq` on its dense output, one vector field per stick/slip
+mode. The step is capped at 2 ms and every minimum of an event function inside a step is
+looked at, so that a grazing contact cannot hide in one.
 
     python tests/reference.py            # recomputes tests/data/reference.npz (minutes)
     python tests/reference.py cases...   # only these, the others are kept
@@ -11,14 +12,15 @@ velocity ends a step too, so that a grazing contact cannot hide inside one.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
+from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
 Array = NDArray[np.float64]
@@ -31,6 +33,7 @@ PAPER: dict[str, Any] = {
     "beta1": 6.3598, "beta2": 0.0768, "bl": 0.0042, "friction": "humped", "clamp": False,
 }  # fmt: skip
 STICK, SLIP, REVERSAL = 0, 1, 2
+TINY = 1e-15  # rounding left by a release; not a new contact
 
 
 def lower_law(par: dict[str, Any]) -> Callable[[float], float]:
@@ -69,7 +72,7 @@ class Rig:
     def __init__(self, par: dict[str, Any]) -> None:
         self.par, self.lower = par, lower_law(par)
 
-    def rates(self, x: Array, modes: list[int], u: float) -> list[float]:
+    def rates(self, x: Array, modes: Sequence[int], u: float) -> list[float]:
         """Equation (4), in the given slip directions; 0 means stuck."""
         par = self.par
         twist, wu, wl, _ = x
@@ -82,6 +85,31 @@ class Rig:
             # A step may overshoot zero before the event is located: the law's smooth side.
             al = (par["ktheta"] * twist - sl * self.lower(sl * wl)) / par["Jl"]
         return [wu - wl, au, al, wl]
+
+    def field(self, modes: tuple[int, int], u: float, _: float, x: Array) -> list[float]:
+        """Right-hand side for SciPy."""
+        return self.rates(x, modes, u)
+
+    def event_functions(
+        self, disc: int, modes: list[int], u: float, dense: Callable[[float], Array]
+    ) -> list[tuple[Callable[[float], float], Callable[[float], float]]]:
+        """Functions whose fall below zero ends the mode of `disc`, with their slopes."""
+        mode, row = modes[disc], 1 + disc
+        if mode:
+            return [(
+                lambda t: mode * dense(t)[row],
+                lambda t: mode * self.rates(dense(t), modes, u)[row],
+            )]  # fmt: skip
+
+        def margin(sign: int, t: float) -> float:
+            torque, hold = self.torque(disc, dense(t), u)
+            return hold - sign * torque
+
+        def slope(sign: int, t: float) -> float:
+            x = dense(t)
+            return sign * self.par["ktheta"] * (x[1] - x[2]) * (1 if disc == 0 else -1)
+
+        return [(partial(margin, s), partial(slope, s)) for s in (1, -1)]
 
     def torque(self, disc: int, x: Array, u: float) -> tuple[float, float]:
         """Torque that stiction must hold, centred, and the half width of its interval."""
@@ -96,25 +124,19 @@ class Rig:
         return 0 if abs(torque) <= hold else int(np.sign(torque))
 
 
-def _events(rig: Rig, modes: list[int], u: float) -> list[Any]:
-    found: list[Any] = []
-    for disc in (0, 1):
-        mode, row = modes[disc], 1 + disc
-        if mode:
-            ends = [
-                lambda _, x, m=mode, r=row: m * x[r],
-                # Turning point from below: the interior test for a graze.
-                lambda _, x, m=mode, r=row: -m * rig.rates(x, modes, u)[r],
-            ]
-        else:
-            ends = [
-                lambda _, x, d=disc, s=s: rig.torque(d, x, u)[1] - s * rig.torque(d, x, u)[0]
-                for s in (1, -1)
-            ]
-        for g in ends:
-            g.terminal, g.direction, g.disc = True, -1, disc  # type: ignore[attr-defined]
-            found.append(g)
-    return found
+def _crossing(
+    g: Callable[[float], float], slope: Callable[[float], float], t0: float, t1: float
+) -> float | None:
+    """First time in (t0, t1] at which `g` turns negative, an interior dip included."""
+    end = t1
+    if g(t1) >= -TINY:
+        # The interior test: a dip below zero between two positive ends has a minimum.
+        if not slope(t0) < 0.0 < slope(t1):
+            return None
+        end = brentq(slope, t0, t1, xtol=1e-15)
+        if g(end) >= -TINY:
+            return None
+    return t0 if g(t0) <= 0.0 else brentq(g, t0, end, xtol=1e-15)
 
 
 def solve(
@@ -131,6 +153,7 @@ def solve(
     rig = Rig(par)
     x = np.array(initial, dtype=float)
     states = np.zeros((len(t_eval), 4))
+    states[:] = x
     log: list[tuple[float, int, int]] = []
     modes = [0, 0]
     for i, u in enumerate(volts):
@@ -140,47 +163,39 @@ def solve(
             modes[disc] = int(np.sign(speed)) if speed else rig.rest_mode(disc, x, u)
             if i and old != modes[disc]:
                 log.append((t, disc, SLIP if old == 0 else (REVERSAL if modes[disc] else STICK)))
+        solver = None
         while t < end:
-            inside = (t_eval >= t) & (t_eval <= end)
-            events = _events(rig, modes, u)
-            run = solve_ivp(
-                lambda _, y, m=tuple(modes), u=u: rig.rates(y, m, u), (t, end), x,
-                method="DOP853", events=events, max_step=cap, rtol=rtol, atol=atol,
-                first_step=min(1e-4, end - t), dense_output=True,
-            )  # fmt: skip
-            t_new, x_new = float(run.t[-1]), run.y[:, -1].copy()
-            hit = next((j for j, found in enumerate(run.t_events) if len(found)), None)
-            # A turning point below zero: the contact came before it, inside the same step.
-            if hit is not None and modes[events[hit].disc] and hit_is_turn(events, hit):
-                g = events[hit - 1]
-                if g(t_new, x_new) < 0.0:
-                    hit -= 1
-                    low = float(run.t[-2]) if len(run.t) > 2 else t + 1e-12
-                    t_new = brentq(lambda s, g=g: g(s, run.sol(s)), low, t_new, xtol=1e-15)
-                    x_new = run.sol(t_new)
-                else:
-                    hit = None
-            inside &= t_eval <= t_new
-            if inside.any():
-                states[inside] = run.sol(t_eval[inside]).T
-            t, x = t_new, x_new
-            if hit is None:
+            if solver is None:
+                field = partial(rig.field, tuple(modes), float(u))
+                solver = DOP853(field, t, x, end, max_step=cap, rtol=rtol, atol=atol,
+                                first_step=min(1e-5, end - t))  # fmt: skip
+            solver.step()
+            if solver.status == "failed":
+                raise RuntimeError(f"reference failed at {t}")
+            dense = solver.dense_output()
+            t_new, which = float(solver.t), -1
+            for disc in (0, 1):
+                for g, slope in rig.event_functions(disc, modes, float(u), dense):
+                    found = _crossing(g, slope, t, t_new)
+                    if found is not None and (found < t_new or which < 0):
+                        t_new, which = found, disc
+            inside = slice(np.searchsorted(t_eval, t, "right"),
+                           np.searchsorted(t_eval, t_new, "right"))  # fmt: skip
+            states[inside] = dense(t_eval[inside]).T
+            t, x = t_new, dense(t_new) if which >= 0 else solver.y.copy()
+            if which < 0:
                 continue
-            disc = events[hit].disc
-            if modes[disc] == 0:
-                torque, _ = rig.torque(disc, x, u)
-                modes[disc], kind = int(np.sign(torque)), SLIP
+            solver = None
+            if modes[which] == 0:
+                modes[which], kind = int(np.sign(rig.torque(which, x, u)[0])), SLIP
             else:
-                x[1 + disc] = 0.0
-                modes[disc] = rig.rest_mode(disc, x, u)
-                kind = REVERSAL if modes[disc] else STICK
-            log.append((t, disc, kind))
+                x[1 + which] = 0.0
+                modes[which] = rig.rest_mode(which, x, u)
+                kind = REVERSAL if modes[which] else STICK
+            log.append((t, which, kind))
+        for later in range(np.searchsorted(t_eval, t), len(t_eval)):
+            states[later] = x
     return Reference(t_eval, states, np.array(log).reshape(-1, 3))
-
-
-def hit_is_turn(events: list[Any], index: int) -> bool:
-    """Whether this event is the second of its disc's pair."""
-    return index > 0 and events[index].disc == events[index - 1].disc
 
 
 def quasi_random(seconds: float = 50.0, hold: float = 0.25, seed: int = 2004) -> tuple[Array, Array]:

@@ -11,19 +11,15 @@ from drill_env.friction._kernels import (
     lower_slope,
     upper_sliding,
 )
-from drill_env.parameters._vector import (
+from drill_env.parameters._record import (
     BU,
-    CLAMP,
     DBU,
     DTSU,
     JL,
     JU,
     KM,
     KTHETA,
-    LOCKED,
     N_PARAMETERS,
-    PER_JL,
-    PER_JU,
     TSL,
     TSU,
 )
@@ -34,7 +30,7 @@ def upper_rate(p, upper, twist, omega_u, u):
     """Upper-disc acceleration (rad/s^2) in slip direction `upper`, 0 when stuck."""
     if upper == 0:
         return 0.0
-    return (p[KM] * u - p[KTHETA] * twist - upper_sliding(p, upper, omega_u)) * p[PER_JU]
+    return (p.km * u - p.ktheta * twist - upper_sliding(p, upper, omega_u)) * p.per_Ju
 
 
 @kernel
@@ -43,21 +39,21 @@ def lower_rate(p, lower, clamped, twist, omega_l):
     if lower == 0:
         return 0.0
     torque = 0.0 if clamped else lower_sliding(p, lower * omega_l)
-    return (p[KTHETA] * twist - lower * torque) * p[PER_JL]
+    return (p.ktheta * twist - lower * torque) * p.per_Jl
 
 
 @kernel
 def upper_margin(p, twist, u):
     """Stiction left at the upper disc (Nm), and the sign it would leave in."""
-    drive = p[KM] * u - p[KTHETA] * twist - p[DTSU]
-    return (p[TSU] - drive, 1) if drive >= 0.0 else (p[TSU] + drive, -1)
+    drive = p.km * u - p.ktheta * twist - p.dTsu
+    return (p.Tsu - drive, 1) if drive >= 0.0 else (p.Tsu + drive, -1)
 
 
 @kernel
 def lower_margin(p, twist):
     """Stiction left at the lower disc (Nm), and the sign it would leave in."""
-    drive = p[KTHETA] * twist
-    return (p[TSL] - drive, 1) if drive >= 0.0 else (p[TSL] + drive, -1)
+    drive = p.ktheta * twist
+    return (p.Tsl - drive, 1) if drive >= 0.0 else (p.Tsl + drive, -1)
 
 
 @kernel
@@ -66,24 +62,24 @@ def upper_event(p, upper, twist, omega_u, omega_l, acceleration, u, du):
     if upper != 0:
         return upper * omega_u, upper * acceleration
     margin, sign = upper_margin(p, twist, u)
-    return margin, -sign * (p[KM] * du - p[KTHETA] * (omega_u - omega_l))
+    return margin, -sign * (p.km * du - p.ktheta * (omega_u - omega_l))
 
 
 @kernel
 def lower_event(p, lower, twist, omega_u, omega_l, acceleration):
     """Lower-disc event function and its time derivative; the mode ends where it turns negative."""
-    if p[LOCKED] != 0.0:
+    if p.locked:
         return 1.0, 0.0
     if lower != 0:
         return lower * omega_l, lower * acceleration
     margin, sign = lower_margin(p, twist)
-    return margin, -sign * p[KTHETA] * (omega_u - omega_l)
+    return margin, -sign * p.ktheta * (omega_u - omega_l)
 
 
 @kernel
 def clamp_event(p, lower, clamped, omega_l, acceleration):
     """Event function of the clamped law: where T_l itself changes sign."""
-    if p[CLAMP] == 0.0 or lower == 0:
+    if not p.clamp or lower == 0:
         return 1.0, 0.0
     sign = -1.0 if clamped else 1.0
     speed = lower * omega_l
@@ -95,12 +91,12 @@ def fill_jacobian(p, upper, lower, clamped, omega_l, jac):
     """Non-zero entries of d(rates)/d(twist, omega_u, omega_l): `jac` = (u_x, u_u, l_x, l_l)."""
     jac[0] = jac[1] = jac[2] = jac[3] = 0.0
     if upper != 0:
-        jac[0] = -p[KTHETA] * p[PER_JU]
-        jac[1] = -(p[BU] + upper * p[DBU]) * p[PER_JU]
+        jac[0] = -p.ktheta * p.per_Ju
+        jac[1] = -(p.bu + upper * p.dbu) * p.per_Ju
     if lower != 0:
-        jac[2] = p[KTHETA] * p[PER_JL]
+        jac[2] = p.ktheta * p.per_Jl
         if not clamped:
-            jac[3] = -lower_slope(p, lower * omega_l) * p[PER_JL]
+            jac[3] = -lower_slope(p, lower * omega_l) * p.per_Jl
 
 
 @kernel
@@ -110,17 +106,17 @@ def fill_parameter_rates(p, upper, lower, clamped, twist, omega_u, omega_l, u, o
         out_u[i] = 0.0
         out_l[i] = 0.0
     if upper != 0:
-        out_u[KM] = u * p[PER_JU]
-        out_u[JU] = -upper_rate(p, upper, twist, omega_u, u) * p[PER_JU]
-        out_u[KTHETA] = -twist * p[PER_JU]
-        out_u[TSU] = -upper * p[PER_JU]
-        out_u[DTSU] = -1.0 * p[PER_JU]
-        out_u[BU] = -omega_u * p[PER_JU]
-        out_u[DBU] = -upper * omega_u * p[PER_JU]
+        out_u[KM] = u * p.per_Ju
+        out_u[JU] = -upper_rate(p, upper, twist, omega_u, u) * p.per_Ju
+        out_u[KTHETA] = -twist * p.per_Ju
+        out_u[TSU] = -upper * p.per_Ju
+        out_u[DTSU] = -p.per_Ju
+        out_u[BU] = -omega_u * p.per_Ju
+        out_u[DBU] = -upper * omega_u * p.per_Ju
     if lower != 0:
         if not clamped:
             lower_gradient(p, lower * omega_l, out_l)
             for i in range(TSL, N_PARAMETERS):
-                out_l[i] *= -lower * p[PER_JL]
-        out_l[JL] = -lower_rate(p, lower, clamped, twist, omega_l) * p[PER_JL]
-        out_l[KTHETA] = twist * p[PER_JL]
+                out_l[i] *= -lower * p.per_Jl
+        out_l[JL] = -lower_rate(p, lower, clamped, twist, omega_l) * p.per_Jl
+        out_l[KTHETA] = twist * p.per_Jl

@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.dynamics import equilibrium_state, equilibrium_voltage
-from drill_env.environment import _layout as at
-from drill_env.environment._kernel import (
-    Arrays,
-    Setting,
-    new_work,
-    settle_on_cycle,
-    start_row,
-    step_rows,
+from drill_env.environment._kernel import settle_on_cycle, start_row, step_rows
+from drill_env.environment._records import (
+    REWARD_TERMS,
+    ROW,
+    SETTING,
+    VIEWS,
+    Rows,
+    new_buffers,
 )
 from drill_env.environment.config import (
     SETPOINT_BOUND,
@@ -31,7 +31,7 @@ from drill_env.environment.config import (
 )
 from drill_env.integrator._tableau import TABLEAUX
 from drill_env.parameters import Rig, uncertainty
-from drill_env.parameters.uncertainty import perturb_vector
+from drill_env.parameters.uncertainty import perturb_record
 
 _NEVER = -1
 _NOISE_ROWS = 128
@@ -50,29 +50,26 @@ class EnvCore:
     def __init__(self, config: EnvConfig, n: int) -> None:
         self.config = config
         self.n = n
-        self.nominal = config.rig.vector()
+        self.nominal = config.rig.record()
         self.spread = uncertainty(config.uncertainty)
         self.low, self.high = self._bounds()
         slots = max(1, len(config.schedule))
         ring = round(self._largest_delay() * config.encoder.rate_hz) + 1
         noisy = _NOISE_ROWS if config.encoder.is_random else 0
-        self.arrays = Arrays(
-            p=np.tile(self.nominal, (n, 1)),
-            floats=np.zeros((n, at.N_FLOATS)),
-            ints=np.zeros((n, at.N_INTS), dtype=np.int64),
-            history=np.zeros((n, ring, 2)),
+        self.rows = Rows(
+            row=np.zeros(n, dtype=ROW),
+            ring=np.zeros((n, ring, 2)),
             schedule_steps=np.full((n, slots), _NEVER, dtype=np.int64),
             schedule_values=np.zeros((n, slots)),
             noise=np.zeros((n, noisy, config.samples, 4)),
-            reward=np.zeros(n),
-            info=np.zeros((n, len(at.INFO))),
             observation=np.zeros((n, len(self.low)), dtype=np.float32),
         )
+        self.row = self.rows.row
         self.setting = self._setting()
         self.tableau = TABLEAUX[config.method]
+        self.buffers = new_buffers(config.samples, config.control_period, config.rtol)
+        self.settling = new_buffers(1, config.control_period, 1e-7)
         self.nobody = np.zeros(n, dtype=np.bool_)
-        self.work = new_work(config.samples, config.control_period)
-        self._cycle = np.zeros(4)
         self._rngs: dict[int, np.random.Generator] = {}
 
     def _largest_delay(self) -> float:
@@ -89,16 +86,17 @@ class EnvCore:
         low[len(measured)] = 0.0
         return low, high
 
-    def _setting(self) -> Setting:
-        c, w = self.config, self.config.reward
-        b, a = c.encoder.coefficients()
-        weights = [w.track, w.error, w.twist_rate, w.stick, w.effort, w.width, w.stick_speed]
-        return Setting(
-            float(c.control_period), c.samples, c.encoder.quantum, float(c.encoder.noise_rad),
-            float(c.encoder.missed_per_count), float(c.encoder.rate_hz), b, a,
-            float(c.voltage_limit), np.array(weights, dtype=float), float(c.rtol),
-            ("both", "surface", "state").index(c.observation), self.high.astype(float),
-        )  # fmt: skip
+    def _setting(self) -> np.ndarray:
+        c, out = self.config, np.zeros(1, dtype=SETTING)
+        out["period"], out["samples"] = c.control_period, c.samples
+        out["quantum"], out["noise_rad"] = c.encoder.quantum, c.encoder.noise_rad
+        out["missed"], out["rate"] = c.encoder.missed_per_count, c.encoder.rate_hz
+        out["b"], out["a"] = c.encoder.coefficients()
+        out["limit"], out["shown"] = c.voltage_limit, VIEWS.index(c.observation)
+        weights = [getattr(c.reward, name) for name in (*REWARD_TERMS, "width", "stick_speed")]
+        out["weights"] = weights
+        out["bounds"][0, : c.n_measured] = self.high[: c.n_measured]
+        return out
 
     def observation_space(self) -> spaces.Box:
         """Space of one environment's observation."""
@@ -119,20 +117,19 @@ class EnvCore:
 
     def step(self, volts: FloatArray, skip: NDArray[np.bool_] | None = None) -> None:
         """Carry all environments, but those to `skip`, over one control period."""
-        if self.arrays.noise.shape[1]:
-            due = np.flatnonzero(self.arrays.ints[:, at.NOISE_ROW] >= _NOISE_ROWS)
-            for i in due:
+        if self.rows.noise.shape[1]:
+            for i in np.flatnonzero(self.row["noise_row"] >= _NOISE_ROWS):
                 self._draw_noise(int(i))
         skip = self.nobody if skip is None else skip
         failed = step_rows(
-            0, self.n, skip, volts, self.arrays, self.setting, self.tableau, self.work
+            0, self.n, skip, volts, self.rows, self.setting[0], self.tableau[0], self.buffers
         )
         if failed >= 0:
             raise RuntimeError(f"integration failed in environment {failed}: step size collapsed")
 
     def truncated(self) -> NDArray[np.bool_]:
         """Which environments have reached the end of their episode."""
-        return self.arrays.ints[:, at.STEP] >= self.config.episode_steps
+        return self.row["step"] >= self.config.episode_steps
 
     # -- resets ------------------------------------------------------------------
 
@@ -151,34 +148,35 @@ class EnvCore:
         unknown = sorted(set(options) - _RESET_KEYS)
         if unknown:
             raise InputError(f"unknown reset option {unknown[0]}; known: {sorted(_RESET_KEYS)}")
-        if self.arrays.noise.shape[1]:
-            self._rngs[i] = rng
+        self._rngs[i] = rng
         uniforms = rng.random(16)
-        delay = self._draw_plant(i, uniforms[:8], options)
-        ints, floats = self.arrays.ints[i], self.arrays.floats[i]
-        ints[at.STEP] = 0
-        rate = self.config.encoder.rate_hz
-        ints[at.DELAY] = min(round(delay * rate), self.arrays.history.shape[1] - 1)
-        floats[at.STEP_SIZE] = 1e-3
+        row = self.row[i]
+        delay = self._draw_plant(row, uniforms[:8], options)
+        row["step"] = 0
+        row["delay"] = min(round(delay * self.config.encoder.rate_hz), self.rows.ring.shape[1] - 1)
+        row["run"]["h"] = 1e-3
+        row["run"]["y"] = 0.0
         setpoint = self._set_targets(i, uniforms[8], options)
-        self._set_friction_step(i, uniforms[9:11], options)
-        floats[:4] = 0.0
-        self._place(i, setpoint, uniforms[11:16], options)
-        if self.arrays.noise.shape[1]:
+        self._set_friction_step(row, uniforms[9:11], options)
+        self._place(row, setpoint, uniforms[11:16], options)
+        if self.rows.noise.shape[1]:
             self._draw_noise(i)
-        start_row(i, self.arrays, self.setting, self.work)
+        start_row(i, self.rows, self.setting[0])
 
-    def _draw_plant(self, i: int, uniforms: FloatArray, options: Mapping[str, Any]) -> float:
+    def _draw_plant(self, row: Any, uniforms: FloatArray, options: Mapping[str, Any]) -> float:
         factors = self.spread.draw(uniforms)
         rig = options.get("rig")
         if rig is None:
-            self.arrays.p[i] = self.nominal
-            perturb_vector(self.arrays.p[i], factors)
+            row["p"] = self.nominal[0]
+            perturb_record(row["p"], factors)
         elif isinstance(rig, Rig):
-            self.arrays.p[i] = rig.vector()
+            row["p"] = rig.record()[0]
         else:
             raise InputError("reset option rig must be a drill_env.Rig")
-        return float(options.get("delay_s", self.config.encoder.delay_s + factors[7]))
+        delay = float(options.get("delay_s", self.config.encoder.delay_s + factors[7]))
+        if not 0 <= delay <= self._largest_delay():
+            raise InputError(f"delay_s is {delay}: give 0 to {self._largest_delay():g} s")
+        return delay
 
     def _set_targets(self, i: int, uniform: float, options: Mapping[str, Any]) -> float:
         config = self.config
@@ -188,7 +186,7 @@ class EnvCore:
             setpoint = config.setpoint
         setpoint = check_setpoint(options.get("setpoint", setpoint))
         schedule: Sequence[tuple[float, float]] = options.get("schedule", config.schedule)
-        steps, values = self.arrays.schedule_steps, self.arrays.schedule_values
+        steps, values = self.rows.schedule_steps, self.rows.schedule_values
         if len(schedule) > steps.shape[1]:
             raise InputError(
                 f"schedule has {len(schedule)} entries; this environment was made for "
@@ -199,60 +197,57 @@ class EnvCore:
             steps[i, k] = round(time / config.control_period)
             values[i, k] = check_setpoint(value)
             setpoint = values[i, k] if steps[i, k] == 0 else setpoint
-        self.arrays.floats[i, at.SETPOINT] = setpoint
+        self.row[i]["setpoint"] = setpoint
         return float(setpoint)
 
-    def _set_friction_step(self, i: int, uniforms: FloatArray, options: Mapping[str, Any]) -> None:
+    def _set_friction_step(self, row: Any, uniforms: FloatArray, options: Mapping[str, Any]) -> None:
         span = options.get("friction_step", self.config.friction_step)
-        self.arrays.ints[i, at.FRICTION_STEP] = _NEVER
+        row["friction_step"] = _NEVER
         if span is None:
             return
         (early, late), (low, high) = span
         if not (0 <= early <= late and 0 <= low <= high):
             raise InputError(f"friction_step is {span}: give ((early, late), (low, high)) ascending")
         time = early + (late - early) * uniforms[0]
-        self.arrays.ints[i, at.FRICTION_STEP] = round(time / self.config.control_period)
-        self.arrays.floats[i, at.FRICTION_FACTOR] = low + (high - low) * uniforms[1]
+        row["friction_step"] = round(time / self.config.control_period)
+        row["friction_factor"] = low + (high - low) * uniforms[1]
 
     def _place(
-        self, i: int, setpoint: float, uniforms: FloatArray, options: Mapping[str, Any]
+        self, row: Any, setpoint: float, uniforms: FloatArray, options: Mapping[str, Any]
     ) -> None:
         start: Start = options.get("start", "state" if "state" in options else self.config.start)
         if start not in get_args(Start):
             raise InputError(f"start is {start!r}: give one of {', '.join(get_args(Start))}")
         if start == "random":
             start = ("rest", "limit_cycle", "ring")[min(int(3 * uniforms[0]), 2)]
-        limit = self.config.voltage_limit
-        steady = min(float(equilibrium_voltage(self.config.rig, setpoint)), limit)
-        floats = self.arrays.floats[i]
-        floats[at.VOLTAGE] = 0.0 if start in ("rest", "state") else steady
+        rig, limit = self.config.rig, self.config.voltage_limit
+        y = row["run"]["y"]
+        row["voltage"] = 0.0
         if start == "state":
-            floats[:4] = _explicit_state(options.get("state"))
-        elif start == "equilibrium":
-            floats[:4] = equilibrium_state(self.config.rig, setpoint)
-        elif start == "ring":
-            rig = self.config.rig
+            y[:] = _explicit_state(options.get("state"))
+        elif start != "rest":
+            row["voltage"] = min(float(equilibrium_voltage(rig, setpoint)), limit)
+            y[:] = equilibrium_state(rig, setpoint)
+        if start == "ring":
             pulse = np.sqrt(rig.ktheta / rig.Jl)
             radius, angle = setpoint / pulse * uniforms[1], 2.0 * np.pi * uniforms[2]
-            floats[:4] = equilibrium_state(rig, setpoint)
-            floats[at.TWIST] += radius * np.cos(angle)
-            floats[at.OMEGA_L] += radius * pulse * np.sin(angle)
+            y[0] += radius * np.cos(angle)
+            y[2] += radius * pulse * np.sin(angle)
         elif start == "limit_cycle":
             phase = float(options.get("phase", uniforms[3]))
-            tableau = TABLEAUX["dop853"]
-            p = self.arrays.p[i]
+            if not 0 <= phase <= 1:
+                raise InputError(f"phase is {phase}: give 0 to 1, the share of a period")
             if not settle_on_cycle(
-                p, self._cycle, steady, phase, _SETTLE_S, _WATCH_S, tableau, self.work
-            ):
+                row["p"], row["run"], row["voltage"], phase, _SETTLE_S, _WATCH_S,
+                TABLEAUX["dop853"][0], self.settling,
+            ):  # fmt: skip
                 raise RuntimeError("integration failed while settling on the limit cycle")
-            floats[:4] = self._cycle
 
     def _draw_noise(self, i: int) -> None:
-        noise = self.arrays.noise
-        rng = self._rngs[i]
-        noise[i, :, :, :2] = rng.standard_normal(noise.shape[1:3] + (2,))
-        noise[i, :, :, 2:] = rng.random(noise.shape[1:3] + (2,))
-        self.arrays.ints[i, at.NOISE_ROW] = 0
+        noise, rng = self.rows.noise, self._rngs[i]
+        noise[i, :, :, :2] = rng.standard_normal((*noise.shape[1:3], 2))
+        noise[i, :, :, 2:] = rng.random((*noise.shape[1:3], 2))
+        self.row[i]["noise_row"] = 0
 
 
 def _explicit_state(state: Any) -> FloatArray:

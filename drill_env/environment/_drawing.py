@@ -261,7 +261,6 @@ class Chart:
             time_labels: whether the time axis is labelled too.
         """
         left, top, width, height = self.box
-        canvas.box(WHITE, self.box)
         canvas.text(title, (left, top - 12), 12, INK)
         marks = ticks(*self.values, 8 if height > 150 else 4)
         digits = max(0, -floor(log10(marks[1] - marks[0]) + 1e-9)) if len(marks) > 1 else 1

@@ -211,16 +211,21 @@ class Renderer:
 
         bounds = _bounds(np.concatenate([omega_u, omega_l, setpoint]))
         speed = Chart((530.0, 124.0, 400.0, 220.0), times, bounds)
+        # Sticking goes under the grid: a rig that never moves would hide it.
+        canvas.box(WHITE, speed.box)
+        _draw_sticking(canvas, speed, t, traces.column("stuck_l") > 0.0)
         speed.draw_axes(canvas, "Speed, rad/s", time_labels=False)
         _draw_legend(canvas)
-        _draw_sticking(canvas, speed, t, traces.column("stuck_l") > 0.0)
+        canvas.clip(speed.box)
         for points in _dashes(t, setpoint, _DASH * traces.window_s):
             canvas.polyline(MUTED, speed.place(*points), 1.5)
+        canvas.clip(None)
         _draw_curve(canvas, speed, speed.place(t, omega_u), _UPPER)
         _draw_curve(canvas, speed, speed.place(t, omega_l), _LOWER)
 
         limit = 1.1 * frame.voltage_limit
         motor = Chart((530.0, 388.0, 400.0, 100.0), times, (-limit, limit))
+        canvas.box(WHITE, motor.box)
         motor.draw_axes(canvas, "Voltage, V", time_labels=True)
         _draw_curve(canvas, motor, motor.place(t, traces.column("voltage")), _VOLTAGE)
 
@@ -407,8 +412,10 @@ def _bounds(values: FloatArray) -> tuple[float, float]:
 
 
 def _number(value: float) -> str:
-    """Format a value for reading at a glance."""
+    """Format a value for reading at a glance, in eight characters at most."""
     if not isfinite(value):
         return "\u2013"
-    string = f"{value:.2f}" if abs(value) < 1000.0 else f"{value:.2e}"
+    if abs(value) >= 99_999.5:
+        return minus(f"{value:.1e}")
+    string = f"{value:.{2 if abs(value) < 999.995 else 1 if abs(value) < 9999.95 else 0}f}"
     return minus("0.00" if string == "-0.00" else string)

@@ -8,9 +8,7 @@ zero before the event is located.
 from math import exp
 
 from drill_env._jit import kernel
-from drill_env.parameters._vector import BETA1, BETA2, BL, BU, DBU, DTSU, LAW, T1, T2, TSL, TSU
-
-HUMPED, STRIBECK, COULOMB = 0, 1, 2
+from drill_env.parameters._record import BETA1, BETA2, BL, HUMPED, STRIBECK, T1, T2, TSL
 
 
 @kernel
@@ -24,63 +22,62 @@ def saturation(z):
 
 
 @kernel
+def hump(p, speed):
+    """The two saturating terms of equation (7) together (Nm)."""
+    z1, z2 = p.beta1 * speed, p.beta2 * speed
+    if z1 > 40.0:
+        # The first term equals its limit to the last bit: save its exponential.
+        return p.T1 + p.T2 * saturation(z2)
+    if abs(z1) > 300.0 or abs(z2) > 300.0:
+        return p.T1 * saturation(z1) + p.T2 * saturation(z2)
+    # Both terms over one common denominator: one division instead of two.
+    e1, e2 = exp(-z1), exp(-z2)
+    high = p.T1 * (1.0 - e1) * (1.0 + e2) + p.T2 * (1.0 - e2) * (1.0 + e1)
+    return high / ((1.0 + e1) * (1.0 + e2))
+
+
+@kernel
 def lower_sliding(p, speed):
     """Lower-disc sliding torque T_l (Nm), equation (7) or its alternatives."""
-    law = int(p[LAW])
-    torque = p[TSL] + p[BL] * speed
-    if law == HUMPED:
-        z1 = p[BETA1] * speed
-        z2 = p[BETA2] * speed
-        if z1 > 40.0:
-            # The first term equals its limit to the last bit: save its exponential.
-            return torque + p[T1] + p[T2] * saturation(z2)
-        if abs(z1) > 300.0 or abs(z2) > 300.0:
-            return torque + p[T1] * saturation(z1) + p[T2] * saturation(z2)
-        # Both terms over one common denominator: one division instead of two.
-        e1 = exp(-z1)
-        e2 = exp(-z2)
-        high = p[T1] * (1.0 - e1) * (1.0 + e2) + p[T2] * (1.0 - e2) * (1.0 + e1)
-        torque += high / ((1.0 + e1) * (1.0 + e2))
-    elif law == STRIBECK:
-        torque += p[T1] * (1.0 - exp(-p[BETA1] * speed))
+    torque = p.Tsl + p.bl * speed
+    if p.law == HUMPED:
+        torque += hump(p, speed)
+    elif p.law == STRIBECK:
+        torque += p.T1 * (1.0 - exp(-p.beta1 * speed))
     return torque
 
 
 @kernel
 def lower_slope(p, speed):
     """dT_l/d(speed) (Nm s/rad)."""
-    law = int(p[LAW])
-    slope = p[BL]
-    if law == HUMPED:
-        s1 = saturation(p[BETA1] * speed)
-        s2 = saturation(p[BETA2] * speed)
-        slope += 0.5 * (p[T1] * p[BETA1] * (1.0 - s1 * s1) + p[T2] * p[BETA2] * (1.0 - s2 * s2))
-    elif law == STRIBECK:
-        slope += p[T1] * p[BETA1] * exp(-p[BETA1] * speed)
+    slope = p.bl
+    if p.law == HUMPED:
+        s1, s2 = saturation(p.beta1 * speed), saturation(p.beta2 * speed)
+        slope += 0.5 * (p.T1 * p.beta1 * (1.0 - s1 * s1) + p.T2 * p.beta2 * (1.0 - s2 * s2))
+    elif p.law == STRIBECK:
+        slope += p.T1 * p.beta1 * exp(-p.beta1 * speed)
     return slope
 
 
 @kernel
 def lower_gradient(p, speed, out):
     """Fill `out[TSL..BL]` with the derivatives of T_l by its parameters."""
-    law = int(p[LAW])
     out[TSL] = 1.0
     out[BL] = speed
     out[T1] = out[T2] = out[BETA1] = out[BETA2] = 0.0
-    if law == HUMPED:
-        s1 = saturation(p[BETA1] * speed)
-        s2 = saturation(p[BETA2] * speed)
+    if p.law == HUMPED:
+        s1, s2 = saturation(p.beta1 * speed), saturation(p.beta2 * speed)
         out[T1] = s1
         out[T2] = s2
-        out[BETA1] = 0.5 * p[T1] * (1.0 - s1 * s1) * speed
-        out[BETA2] = 0.5 * p[T2] * (1.0 - s2 * s2) * speed
-    elif law == STRIBECK:
-        e = exp(-p[BETA1] * speed)
+        out[BETA1] = 0.5 * p.T1 * (1.0 - s1 * s1) * speed
+        out[BETA2] = 0.5 * p.T2 * (1.0 - s2 * s2) * speed
+    elif p.law == STRIBECK:
+        e = exp(-p.beta1 * speed)
         out[T1] = 1.0 - e
-        out[BETA1] = p[T1] * speed * e
+        out[BETA1] = p.T1 * speed * e
 
 
 @kernel
 def upper_sliding(p, sign, omega):
     """Signed upper friction torque T_fu (Nm) while slipping in direction `sign`, (5)."""
-    return sign * p[TSU] + p[DTSU] + (p[BU] + sign * p[DBU]) * omega
+    return sign * p.Tsu + p.dTsu + (p.bu + sign * p.dbu) * omega

@@ -27,7 +27,7 @@ def _map_upper(p, omegas, out):
 
 def _lower(rig: Rig, speed: FloatArray, slope: bool) -> FloatArray:
     out = np.empty(speed.size)
-    _map_lower(rig.vector(), np.ascontiguousarray(speed).ravel(), slope, out)
+    _map_lower(rig.record()[0], np.ascontiguousarray(speed).ravel(), slope, out)
     return out.reshape(speed.shape)
 
 
@@ -63,7 +63,7 @@ def upper_torque_set(rig: Rig, omega: FloatArray | float) -> tuple[FloatArray, F
     """Lower and upper end of the set T_fu(omega) (Nm), equations (2) and (5)."""
     omega = np.asarray(omega, dtype=float)
     torque = np.empty(omega.size)
-    _map_upper(rig.vector(), np.ascontiguousarray(omega).ravel(), torque)
+    _map_upper(rig.record()[0], np.ascontiguousarray(omega).ravel(), torque)
     torque = torque.reshape(omega.shape)
     rest = omega == 0.0
     return (

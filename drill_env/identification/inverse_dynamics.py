@@ -32,6 +32,9 @@ class InverseOptions:
             rate / cutoff by default.
         lead: samples dropped at the start, 5 rate / cutoff - 1 by default (49).
         trail: samples dropped at the end, none by default.
+        centre_hold: take the force at t[i] as the mean of the voltages held before and
+            after it. That is right for a held voltage, and the slower the sampling the
+            more it matters, but the published procedure does without.
     """
 
     cutoff: float | None = None
@@ -39,6 +42,7 @@ class InverseOptions:
     decimation: int | None = None
     lead: int | None = None
     trail: int = 0
+    centre_hold: bool = False
 
 
 def force_balance(
@@ -62,6 +66,8 @@ def force_balance(
     from scipy import signal
 
     force, position = gain * recording.channel("u"), recording.channel("theta_u")
+    if options.centre_hold:
+        force = np.append(force[0], 0.5 * (force[1:] + force[:-1]))
     if recording.has_note("gap"):
         raise InputError(
             f"{recording.source}: the time has gaps, and derivatives across them are wrong; "
@@ -130,9 +136,7 @@ def relative_error(force: FloatArray, predicted: FloatArray) -> float:
     return float(np.linalg.norm(force - predicted) / np.linalg.norm(force))
 
 
-def rig_force_error(
-    recording: Recording, rig: Rig, options: InverseOptions | None = None
-) -> float:
+def rig_force_error(recording: Recording, rig: Rig, options: InverseOptions | None = None) -> float:
     """Relative force error of a one-inertia rig on a recording, as a share of 1.
 
     Raises:

@@ -109,26 +109,22 @@ def identify_one_inertia(
     _check_gain(fit, gain)
     assert gain is not None
     options = options or InverseOptions()
-    names = ASYMMETRIC if asymmetric else SYMMETRIC
     blocks = [force_balance(r, gain, asymmetric, options)[:2] for r in fit]
-    regressors = np.concatenate([w for w, _ in blocks])
-    force = np.concatenate([f for _, f in blocks])
-    condition = _condition(regressors, names)
-    values = np.linalg.lstsq(regressors, force, rcond=None)[0]
-    errors = _standard_errors(regressors, force - regressors @ values)
     held = [force_balance(r, gain, asymmetric, options)[:2] for r in holdout]
+    names = ASYMMETRIC if asymmetric else SYMMETRIC
+    regressors, force = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
+    condition = _condition(regressors, names)
+    values: FloatArray = np.asarray(np.linalg.lstsq(regressors, force, rcond=None)[0], float)
+    errors = _standard_errors(regressors, force - regressors @ values)
     return OneInertiaResult(
-        gain=gain,
-        asymmetric=asymmetric,
+        gain=gain, asymmetric=asymmetric,
         estimates=dict(zip(names, values.tolist(), strict=True)),
         standard_errors=dict(zip(names, errors.tolist(), strict=True)),
         fit_errors=_errors_of(fit, blocks, values),
         fit_error=relative_error(force, regressors @ values),
         holdout_errors=_errors_of(holdout, held, values),
-        condition=condition,
-        samples=len(force),
-        options=options,
-    )
+        condition=condition, samples=len(force), options=options,
+    )  # fmt: skip
 
 
 def _check_gain(fit: Sequence[Recording], gain: float | None) -> None:

@@ -1,58 +1,55 @@
-"""Compiled event functions over a step, event location and mode transitions."""
+"""Compiled event functions over a step and the location of their first zero."""
 
 from drill_env._jit import kernel
-from drill_env.dynamics._kernels import (
-    clamp_event,
-    lower_event,
-    lower_margin,
-    upper_event,
-    upper_margin,
+from drill_env.dynamics._kernels import clamp_event, lower_event, upper_event
+from drill_env.integrator._step import (
+    dense_at,
+    fill_dense,
+    run_stages,
+    voltage_at,
+    voltage_slope,
 )
-from drill_env.parameters._vector import CLAMP, LOCKED
-from drill_env.integrator._step import dense_at, run_stages, voltage_at, voltage_slope
 
-UPPER, LOWER, CLAMP_DISC = 0, 1, 2
-STICK, SLIP, REVERSAL, MAXIMUM, MINIMUM, CLAMP_SWITCH = 0, 1, 2, 3, 4, 5
-
+UPPER, LOWER, LOWER_LAW = 0, 1, 2
 _SAMPLES = 16
 
 
 @kernel
-def event_function(which, p, mode, x0, x1, x2, rate_u, rate_l, u, du):
-    """Event function of disc `which` and its time derivative."""
+def stage_event(which, p, run, work, stage, t):
+    """Event function of disc `which` and its slope at one stored stage."""
+    ys, k, mode = work.ys, work.k, run.mode
     if which == UPPER:
-        return upper_event(p, mode[0], x0, x1, x2, rate_u, u, du)
+        u, du = voltage_at(work, t), voltage_slope(work, t)
+        return upper_event(
+            p, mode[0], ys[stage, 0], ys[stage, 1], ys[stage, 2], k[stage, 1], u, du
+        )
     if which == LOWER:
-        return lower_event(p, mode[1], x0, x1, x2, rate_l)
-    return clamp_event(p, mode[1], mode[2], x2, rate_l)
+        return lower_event(p, mode[1], ys[stage, 0], ys[stage, 1], ys[stage, 2], k[stage, 2])
+    return clamp_event(p, mode[1], mode[2], ys[stage, 2], k[stage, 2])
 
 
 @kernel
-def stage_event(which, p, mode, ys, k, stage, u, du):
-    """Event function at one stored stage."""
-    return event_function(
-        which, p, mode, ys[stage, 0], ys[stage, 1], ys[stage, 2], k[stage, 1], k[stage, 2], u, du
-    )
+def dense_event(which, p, run, work, tab, h, s):
+    """Event function of disc `which` at share `s` of the step, from the dense output."""
+    mode = run.mode
+    if which != LOWER_LAW and mode[which] != 0:
+        return mode[which] * dense_at(work, tab, 1 + which, s)
+    if which == LOWER_LAW:
+        return clamp_event(p, mode[1], mode[2], dense_at(work, tab, 2, s), 0.0)[0]
+    twist = dense_at(work, tab, 0, s)
+    if which == LOWER:
+        return lower_event(p, 0, twist, 0.0, 0.0, 0.0)[0]
+    return upper_event(p, 0, twist, 0.0, 0.0, 0.0, voltage_at(work, run.t + s * h), 0.0)[0]
 
 
 @kernel
-def dense_event(which, p, mode, y, dense, degree, piece, length, elapsed, h, s):
-    """Event function at share `s` of the step, from the dense output."""
-    if which != CLAMP_DISC and mode[which] != 0:
-        return mode[which] * dense_at(y, dense, degree, 1 + which, s)
-    x0 = dense_at(y, dense, degree, 0, s)
-    x2 = dense_at(y, dense, degree, 2, s)
-    u = voltage_at(piece, length, elapsed + s * h)
-    return event_function(which, p, mode, x0, 0.0, x2, 0.0, 0.0, u, 0.0)[0]
-
-
-@kernel
-def slip_may_end(sign, row, ys, k, last):
+def slip_may_end(sign, row, work, last):
     """Whether a velocity can reach zero inside the step; errs on the side of yes.
 
     The end value alone misses a graze, so a step that holds a minimum is looked into,
     unless the velocity stays within a factor two of its largest value.
     """
+    ys, k = work.ys, work.k
     low = high = sign * ys[last, row]
     for i in range(last):
         speed = sign * ys[i, row]
@@ -64,64 +61,56 @@ def slip_may_end(sign, row, ys, k, last):
 
 
 @kernel
-def margin_may_end(which, p, mode, ys, k, last, piece, length, elapsed, h):
-    """Whether a margin (stiction or clamp) can be used up inside the step; rather yes."""
-    u, du = voltage_at(piece, length, elapsed), voltage_slope(piece, length, elapsed)
-    _, start_slope = stage_event(which, p, mode, ys, k, 0, u, du)
-    u, du = voltage_at(piece, length, elapsed + h), voltage_slope(piece, length, elapsed + h)
-    end, end_slope = stage_event(which, p, mode, ys, k, last, u, du)
+def may_end(which, p, run, work, last, h):
+    """Whether disc `which` can change mode inside the step; errs on the side of yes."""
+    if which == LOWER_LAW:
+        if not p.clamp or run.mode[1] == 0:
+            return False
+    elif run.mode[which] != 0:
+        return slip_may_end(run.mode[which], 1 + which, work, last)
+    elif which == LOWER and p.locked:
+        return False
+    _, start_slope = stage_event(which, p, run, work, 0, run.t)
+    end, end_slope = stage_event(which, p, run, work, last, run.t + h)
     return end < 0.0 or start_slope < 0.0 < end_slope
 
 
 @kernel
-def may_end(which, p, mode, ys, k, last, piece, length, elapsed, h):
-    """Whether disc `which` can change mode inside the step; errs on the side of yes."""
-    if which == CLAMP_DISC:
-        if p[CLAMP] == 0.0 or mode[1] == 0:
-            return False
-    elif mode[which] != 0:
-        return slip_may_end(mode[which], 1 + which, ys, k, last)
-    elif which == LOWER and p[LOCKED] != 0.0:
-        return False
-    return margin_may_end(which, p, mode, ys, k, last, piece, length, elapsed, h)
-
-
-@kernel
-def lowest_share(which, p, mode, y, dense, degree, piece, length, elapsed, h, left, right):
+def lowest_share(which, p, run, work, tab, h, left, right):
     """Share in [left, right] where the event function is smallest (golden section)."""
     ratio = 0.6180339887498949
     a, b = left, right
     c, d = b - ratio * (b - a), a + ratio * (b - a)
-    fc = dense_event(which, p, mode, y, dense, degree, piece, length, elapsed, h, c)
-    fd = dense_event(which, p, mode, y, dense, degree, piece, length, elapsed, h, d)
+    fc = dense_event(which, p, run, work, tab, h, c)
+    fd = dense_event(which, p, run, work, tab, h, d)
     for _ in range(40):
-        if fc < fd:
-            b, d, fd = d, c, fc
-            c = b - ratio * (b - a)
-            fc = dense_event(which, p, mode, y, dense, degree, piece, length, elapsed, h, c)
-        else:
-            a, c, fc = c, d, fd
-            d = a + ratio * (b - a)
-            fd = dense_event(which, p, mode, y, dense, degree, piece, length, elapsed, h, d)
         if fc < 0.0:
             return c
         if fd < 0.0:
             return d
+        if fc < fd:
+            b, d, fd = d, c, fc
+            c = b - ratio * (b - a)
+            fc = dense_event(which, p, run, work, tab, h, c)
+        else:
+            a, c, fc = c, d, fd
+            d = a + ratio * (b - a)
+            fd = dense_event(which, p, run, work, tab, h, d)
     return 0.5 * (a + b)
 
 
 @kernel
-def root_share(which, p, mode, y, dense, degree, piece, length, elapsed, h, left, right):
-    """First crossing in (left, right], positive on the left (Illinois, then bisection)."""
+def root_share(which, p, run, work, tab, h, left, right):
+    """Crossing in (left, right], positive on the left (Illinois, then bisection)."""
     a, b = left, right
-    fa = dense_event(which, p, mode, y, dense, degree, piece, length, elapsed, h, a)
-    fb = dense_event(which, p, mode, y, dense, degree, piece, length, elapsed, h, b)
+    fa = dense_event(which, p, run, work, tab, h, a)
+    fb = dense_event(which, p, run, work, tab, h, b)
     if fa <= 0.0:
         return a
     kept = 0
     for i in range(80):
         middle = (a * fb - b * fa) / (fb - fa) if i < 20 else 0.5 * (a + b)
-        value = dense_event(which, p, mode, y, dense, degree, piece, length, elapsed, h, middle)
+        value = dense_event(which, p, run, work, tab, h, middle)
         if abs(value) < 1e-15 or b - a < 1e-14:
             return middle
         if value > 0.0:
@@ -134,105 +123,63 @@ def root_share(which, p, mode, y, dense, degree, piece, length, elapsed, h, left
 
 
 @kernel
-def first_share(which, p, mode, y, dense, degree, piece, length, elapsed, h):
+def first_share(which, p, run, work, tab, h):
     """Share of the step at which disc `which` first changes mode, 2 if it does not."""
-    before = dense_event(which, p, mode, y, dense, degree, piece, length, elapsed, h, 0.0)
-    here = dense_event(which, p, mode, y, dense, degree, piece, length, elapsed, h, 1.0 / _SAMPLES)
+    width = 1.0 / _SAMPLES
+    before = dense_event(which, p, run, work, tab, h, 0.0)
+    here = dense_event(which, p, run, work, tab, h, width)
     if here < 0.0:
-        if before <= 0.0:
-            return 0.0
-        return root_share(
-            which, p, mode, y, dense, degree, piece, length, elapsed, h, 0.0, 1.0 / _SAMPLES
-        )
+        return 0.0 if before <= 0.0 else root_share(which, p, run, work, tab, h, 0.0, width)
     for i in range(2, _SAMPLES + 1):
-        s = i / _SAMPLES
-        after = dense_event(which, p, mode, y, dense, degree, piece, length, elapsed, h, s)
-        left = s - 1.0 / _SAMPLES
+        s = i * width
+        after = dense_event(which, p, run, work, tab, h, s)
         if here <= before and here <= after:
-            lowest = lowest_share(
-                which, p, mode, y, dense, degree, piece, length, elapsed, h,
-                left - 1.0 / _SAMPLES, s,
-            )  # fmt: skip
-            value = dense_event(
-                which, p, mode, y, dense, degree, piece, length, elapsed, h, lowest
-            )
-            if value < 0.0:
-                start = left - 1.0 / _SAMPLES
-                return root_share(
-                    which, p, mode, y, dense, degree, piece, length, elapsed, h, start, lowest
-                )
+            lowest = lowest_share(which, p, run, work, tab, h, s - 2.0 * width, s)
+            if dense_event(which, p, run, work, tab, h, lowest) < 0.0:
+                return root_share(which, p, run, work, tab, h, s - 2.0 * width, lowest)
         if after < 0.0:
-            return root_share(
-                which, p, mode, y, dense, degree, piece, length, elapsed, h, left, s
-            )
+            return root_share(which, p, run, work, tab, h, s - width, s)
         before, here = here, after
     return 2.0
 
 
 @kernel
-def polish(which, p, mode, y, piece, length, elapsed, h, limit, tableau, k, ys):
+def polish(which, p, run, work, tab, h, limit):
     """Step length at which the event function vanishes, by Newton on whole steps.
 
-    Leaves the stages of the step to the event in `k` and `ys`.
+    Leaves the stages of the step to the event behind.
     """
-    last = tableau.stages
+    last = tab.stages
     for _ in range(4):
-        run_stages(p, mode, y, piece, length, elapsed, h, tableau, k, ys, 1, last)
-        u, du = voltage_at(piece, length, elapsed + h), voltage_slope(piece, length, elapsed + h)
-        value, slope = stage_event(which, p, mode, ys, k, last, u, du)
+        run_stages(p, run, work, tab, h, 1, last)
+        value, slope = stage_event(which, p, run, work, last, run.t + h)
         # A graze has no slope to divide by; the dense root is then kept.
         if slope >= 0.0 or abs(value) <= 1e-16 or abs(value) > 0.1 * h * abs(slope):
             break
         new = min(h - value / slope, limit)
-        if abs(new - h) <= 1e-15 * (elapsed + h):
+        if abs(new - h) <= 1e-15 * (1.0 + abs(run.t)):
             break
         h = new
     return h
 
 
 @kernel
-def start_mode(p, y, mode, u):
-    """Modes of a state that comes without any, from its velocities and torques."""
-    margin, sign = upper_margin(p, y[0], u)
-    mode[0] = 1 if y[1] > 0.0 else (-1 if y[1] < 0.0 else (0 if margin >= 0.0 else sign))
-    margin, sign = lower_margin(p, y[0])
-    mode[1] = 1 if y[2] > 0.0 else (-1 if y[2] < 0.0 else (0 if margin >= 0.0 else sign))
-    mode[2] = 0
-    if clamp_event(p, mode[1], 0, y[2], 0.0)[0] < 0.0:
-        mode[2] = 1
+def first_event(p, run, work, tab, h):
+    """Earliest mode change inside the step just taken: (disc or -1, step length to it).
 
-
-@kernel
-def transit(which, p, y, mode, u):
-    """Change the mode of disc `which` at its event; returns the kind of event."""
-    if which == CLAMP_DISC:
-        mode[2] = 1 - mode[2]
-        return CLAMP_SWITCH
-    margin, sign = upper_margin(p, y[0], u) if which == UPPER else lower_margin(p, y[0])
-    if mode[which] == 0:
-        mode[which] = sign
-        return SLIP
-    y[1 + which] = 0.0
-    if which == LOWER:
-        mode[2] = 0
-    if margin >= 0.0:
-        mode[which] = 0
-        return STICK
-    if sign == mode[which]:
-        return SLIP
-    mode[which] = sign
-    return REVERSAL
-
-
-@kernel
-def overdue(which, p, y, mode, k, u):
-    """Whether disc `which` must change mode right now, before any step."""
-    if which == CLAMP_DISC:
-        return False
-    if mode[which] == 0:
-        margin = upper_margin(p, y[0], u)[0] if which == UPPER else lower_margin(p, y[0])[0]
-        return margin < 0.0
-    speed = mode[which] * y[1 + which]
-    rate = mode[which] * k[0, 1 + which]
-    # Rounding leaves a released disc with a rate of about -1e-16: not a new contact.
-    return speed < 0.0 or (speed == 0.0 and rate < -1e-10)
+    The stages left behind are those of the step to the event.
+    """
+    share, which, has_dense = 2.0, -1, False
+    for disc in range(3):
+        if may_end(disc, p, run, work, tab.stages, h):
+            if not has_dense:
+                fill_dense(p, run, work, tab, h)
+                has_dense = True
+            s = first_share(disc, p, run, work, tab, h)
+            if s < share:
+                share, which = s, disc
+    if which < 0:
+        return which, h
+    if share == 0.0:
+        return which, 0.0
+    return which, polish(which, p, run, work, tab, share * h, h)

@@ -10,19 +10,10 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray, Method, VoltageFunction
 from drill_env.friction.laws import negative_range
-from drill_env.integrator._advance import (
-    LOG_FULL,
-    STEP_TOO_SMALL,
-    TOO_MANY_STEPS,
-    Log,
-    Options,
-    advance,
-    new_log,
-    new_scratch,
-)
-from drill_env.integrator._events import start_mode
+from drill_env.integrator._advance import LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS, advance
+from drill_env.integrator._modes import start_mode
+from drill_env.integrator._records import EVENT, N_COLUMNS, N_STATE, RUN, new_work
 from drill_env.integrator._tableau import TABLEAUX
-from drill_env.integrator._variational import N_COLUMNS, N_STATE
 from drill_env.integrator.trajectory import Events, Trajectory
 from drill_env.integrator.voltage import Voltage, as_voltage
 from drill_env.parameters import Rig
@@ -83,41 +74,50 @@ def simulate(
     t_end = t_start + seconds
     times = _sample_times(t_start, t_end, t_eval, rate)
     drive = as_voltage(voltage, t_start, t_end)
-    p = rig.vector()
-    y = _initial_state(initial)
-    mode = np.zeros(3, dtype=np.int64)
+    run = np.zeros(1, dtype=RUN)
+    run["y"], run["t"], run["h"] = _initial_state(initial), t_start, min(1e-3, seconds)
+    p = rig.record()
     if modes is None:
-        start_mode(p, y, mode, float(drive(t_start)))
+        start_mode(p[0], run[0], float(drive(t_start)))
     else:
-        mode[:] = modes
-    at_start = int(np.searchsorted(times, t_start, side="right"))
-    out = np.zeros((len(times), N_STATE))
-    out_modes = np.zeros((len(times), 2), dtype=np.int64)
-    sens = np.zeros((N_STATE, N_COLUMNS))
-    sens[:, :N_STATE] = np.eye(N_STATE)
-    sens_out = np.zeros((len(times) if sensitivity else 0, N_STATE, N_COLUMNS))
-    out[:at_start], out_modes[:at_start] = y, mode[:2]
-    if sensitivity:
-        sens_out[:at_start] = sens
-    max_step = rig.natural_period / 12.0
-    options = Options(rtol, atol, max_step, 2_000_000_000, extrema, sensitivity)
-    clock = np.array([t_start, min(1e-3, max(seconds, 1e-12)), 0.0])
-    stats = np.zeros(5, dtype=np.int64)
-    scratch, log, logs = new_scratch(), new_log(1024), []
-    status = LOG_FULL
+        run["mode"] = modes
+    work = new_work(
+        rtol, atol, rig.natural_period / 12.0, extrema=extrema, sensitivity=sensitivity
+    )
+    return _integrate(p, run, work, TABLEAUX[method], drive, times, rig)
+
+
+def _integrate(
+    p: np.ndarray,
+    run: np.ndarray,
+    work: np.ndarray,
+    tableau: np.ndarray,
+    drive: Voltage,
+    times: FloatArray,
+    rig: Rig,
+) -> Trajectory:
+    count = len(times)
+    first = int(np.searchsorted(times, run["t"][0], side="right"))
+    out = np.zeros((count, N_STATE))
+    modes = np.zeros((count, 2), dtype=np.int64)
+    sens = np.zeros((count if work["sensitivity"][0] else 0, N_STATE, N_COLUMNS))
+    out[:first], modes[:first] = run["y"][0], run["mode"][0, :2]
+    sens[:first] = work["sens"][0]
+    logs, status = [], LOG_FULL
     while status == LOG_FULL:
+        log = np.zeros(1024 << min(len(logs), 10), dtype=EVENT)
+        run["logged"] = 0
         status = advance(
-            p, y, mode, clock, drive.breaks, drive.pieces, times[at_start:], out[at_start:],
-            out_modes[at_start:], log, sens, sens_out[at_start:], stats, TABLEAUX[method],
-            options, scratch,
+            p[0], run[0], work[0], tableau[0], drive.breaks, drive.pieces, times[first:],
+            out[first:], modes[first:], log, sens[first:],
         )  # fmt: skip
-        logs.append(log)
-        log = new_log(2 * len(log.t))
-    _check_status(status, clock[0], y)
-    _warn_if_negative(rig, clock[2])
+        logs.append(log[: int(run["logged"][0])])
+    end = run[0]
+    _check_status(status, end["t"], end["y"])
+    _warn_if_negative(rig, end["max_speed"])
     return Trajectory(
-        times, out, out_modes, drive, _join(logs), sens_out, y, mode, float(clock[2]),
-        int(stats[0]),
+        times, out, modes, drive, Events.from_log(np.concatenate(logs)), sens, end["y"].copy(),
+        end["mode"].copy(), float(end["max_speed"]), int(end["steps"]),
     )  # fmt: skip
 
 
@@ -176,14 +176,3 @@ def _warn_if_negative(rig: Rig, max_speed: float) -> None:
             NegativeFrictionWarning,
             stacklevel=3,
         )
-
-
-def _join(logs: list[Log]) -> Events:
-    counts = [int(log.count[0]) for log in logs]
-    codes = np.concatenate([log.code[:n] for log, n in zip(logs, counts, strict=True)])
-    return Events(
-        np.concatenate([log.t[:n] for log, n in zip(logs, counts, strict=True)]),
-        codes[:, 0],
-        codes[:, 1],
-        np.concatenate([log.state[:n] for log, n in zip(logs, counts, strict=True)]),
-    )

@@ -51,6 +51,11 @@ class Events:
     kind: IntArray
     state: FloatArray
 
+    @classmethod
+    def from_log(cls, log: np.ndarray) -> Events:
+        """Events out of the integrator's records."""
+        return cls(*(np.ascontiguousarray(log[name]) for name in ("t", "disc", "kind", "y")))
+
     def __len__(self) -> int:
         return len(self.t)
 

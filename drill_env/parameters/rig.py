@@ -11,10 +11,8 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from drill_env._errors import InputError
-from drill_env._types import FloatArray, FrictionLaw
-from drill_env.parameters import _vector
-
-_LAW_CODES: dict[str, int] = {"humped": 0, "stribeck": 1, "coulomb": 2}
+from drill_env._types import FrictionLaw
+from drill_env.parameters._record import LAWS, NAMES, PARAMETERS
 
 
 def _symbol(unit: str, source: str, meaning: str) -> dict[str, str]:
@@ -124,14 +122,14 @@ class Rig:
         """A copy with some fields changed, validated anew."""
         return dataclasses.replace(self, **changes)
 
-    def vector(self) -> FloatArray:
-        """The flat parameters that the kernels read, shape (19,)."""
-        p = np.zeros(_vector.SIZE)
-        p[: _vector.N_PARAMETERS] = [getattr(self, name) for name in _vector.NAMES]
-        p[_vector.LAW] = _LAW_CODES[self.friction]
-        p[_vector.CLAMP] = float(self.clamp)
-        p[_vector.LOCKED] = float(self.inertias == 1)
-        p[_vector.PER_JU], p[_vector.PER_JL] = 1.0 / self.Ju, 1.0 / self.Jl
+    def record(self) -> np.ndarray:
+        """The parameters as the kernels read them, shape (1,)."""
+        p = np.zeros(1, dtype=PARAMETERS)
+        for name in NAMES:
+            p[name] = getattr(self, name)
+        p["per_Ju"], p["per_Jl"] = 1.0 / self.Ju, 1.0 / self.Jl
+        p["law"], p["clamp"] = LAWS.index(self.friction), self.clamp
+        p["locked"] = self.inertias == 1
         return p
 
     @property
@@ -145,7 +143,7 @@ class Rig:
         return 2.0 * math.pi * math.sqrt(self.Jl / self.ktheta) if self.ktheta > 0 else math.inf
 
 
-SYMBOLS: tuple[str, ...] = _vector.NAMES
+SYMBOLS: tuple[str, ...] = NAMES
 """The fourteen physical parameters, in the order of the sensitivities' columns."""
 
 

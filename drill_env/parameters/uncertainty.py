@@ -9,7 +9,6 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.parameters._vector import BL, BU, JL, KTHETA, PER_JL, T1, T2, TSL, TSU
 from drill_env.parameters.rig import Rig
 
 Level: TypeAlias = Literal["L0", "L1", "L2", "L3"]
@@ -73,11 +72,13 @@ def uncertainty(level: Level | Uncertainty) -> Uncertainty:
     return UNCERTAINTY[level]
 
 
-def perturb_vector(p: FloatArray, factors: FloatArray) -> None:
-    """Apply a drawn plant to flat parameters, in place."""
-    p[[TSL, T1, T2, BL]] *= factors[0]
-    p[[T1, T2, BU, KTHETA, JL, TSU]] *= factors[1:7]
-    p[PER_JL] = 1.0 / p[JL]
+def perturb_record(p: np.ndarray, factors: FloatArray) -> None:
+    """Apply a drawn plant to one record of parameters, in place."""
+    for name in ("Tsl", "T1", "T2", "bl"):
+        p[name] *= factors[0]
+    for name, factor in zip(("T1", "T2", "bu", "ktheta", "Jl", "Tsu"), factors[1:7], strict=True):
+        p[name] *= factor
+    p["per_Jl"] = 1.0 / p["Jl"]
 
 
 def perturb(rig: Rig, factors: FloatArray) -> Rig:

@@ -67,16 +67,22 @@ def encoder_step(theta: FloatArray) -> float | None:
     moves = np.sort(moves[moves > 1e-12 * max(1.0, float(np.abs(theta).max()))])
     if len(moves) < 20:
         return None
-    gaps = np.diff(moves)
-    # Of a disc that never slows down only the differences between its moves show single counts.
-    gaps = np.sort(gaps[gaps > 0.2 * gaps.max()]) if gaps.max() > 0 else moves
-    for candidates in (moves, gaps):
+    for candidates in (moves, _differences(moves)):
+        if len(candidates) == 0:
+            continue
         step = _refined(float(np.median(candidates[candidates <= 1.5 * candidates[0]])), moves)
         if step is not None:
             digits = math.log10(step)
             # A power of ten is the rounding of the file, not the encoder.
             return None if abs(digits - round(digits)) < 1e-3 else step
     return None
+
+
+def _differences(moves: FloatArray) -> FloatArray:
+    """Differences between the sizes of move, sorted: a fast disc never moves by single counts."""
+    gaps = np.diff(moves)
+    groups = np.split(moves, np.flatnonzero(gaps > 0.2 * gaps.max()) + 1)
+    return np.sort(np.diff([float(group.mean()) for group in groups]))
 
 
 def _refined(step: float, moves: FloatArray) -> float | None:
@@ -89,7 +95,8 @@ def _refined(step: float, moves: FloatArray) -> float | None:
         if np.mean(np.abs(near / step - multiples) < 0.1) < 0.99:
             return None
         step = float(near @ multiples / (multiples @ multiples))
-    return step
+    # Fewer than three sizes of move are multiples of almost anything.
+    return step if moves[-1] - moves[0] > 1.5 * step else None
 
 
 def _unwrap(
@@ -140,8 +147,8 @@ def _clipped(theta: FloatArray, place: Place) -> list[RecordingWarning]:
     for name, level in (("maximum", theta.max()), ("minimum", theta.min())):
         start, length = longest_run(theta == level)
         # A disc slows down before it stops; a counter at its end stops in full motion.
-        entry = moves[start - 1] if start > 0 else 0.0
-        if length >= 5 and entry > 3.0 * np.median(moving) + 1e-3 * np.ptp(theta):
+        entry = moves[start - 2] if start > 1 else 0.0
+        if length >= 5 and entry > 0.5 * np.median(moving) + 1e-4 * np.ptp(theta):
             notes.append(
                 RecordingWarning(
                     "saturated",

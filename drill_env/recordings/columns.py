@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, cast
 
 from drill_env._errors import InputError
 
@@ -68,10 +68,10 @@ def parse_map(entries: Iterable[str]) -> dict[Channel, str]:
     found: dict[Channel, str] = {}
     for entry in entries:
         name, equals, column = entry.partition("=")
-        channel = next((c for c in CHANNELS if c == name.strip()), None)
+        channel = cast(Channel, name.strip())
         if not equals or not column.strip():
             raise InputError(f"--map {entry}: write CHANNEL=COLUMN[:UNIT], for example t=time:ms")
-        if channel is None:
+        if channel not in CHANNELS:
             raise InputError(f"--map {entry}: unknown channel; known: {', '.join(CHANNELS)}")
         if channel in found:
             raise InputError(f"--map names {channel} twice; keep one of them")
@@ -98,7 +98,11 @@ def resolve(
         raise InputError(
             f"column map: unknown channel {unknown[0]!r}; known: {', '.join(CHANNELS)}"
         )
-    columns = {c: _parse(source, c, text, found) for c, text in given.items()}
+    columns: dict[Channel, Column] = {
+        channel: _parse(source, channel, given[channel], found)
+        for channel in CHANNELS
+        if channel in given
+    }
     for channel in CHANNELS:
         if channel not in columns and channel in found:
             columns[channel] = Column(channel)

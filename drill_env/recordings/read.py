@@ -47,16 +47,7 @@ def read_recording(
         raise InputError(missing_text(source, absent, found))
     check_length(table.columns[columns["t"].name], source)
     values, places = _channels(source, table, columns)
-    notes = check_time(values["t"], places["t"])
-    if "u" in values:
-        notes += check_voltage(values["u"], places["u"])
-    quanta: dict[str, float] = {}
-    for name in ANGLES:
-        if name in values:
-            values[name], step, remarks = check_angle(values["t"], values[name], places[name])
-            notes += remarks
-            if step is not None:
-                quanta[name] = step
+    notes, quanta = _checked(values, places)
     extra, ignored = _extra(source, table, columns)
     notes += ignored
     for note in notes:
@@ -71,9 +62,10 @@ def _channels(
     source: str, table: Table, columns: dict[Channel, Column]
 ) -> tuple[dict[Channel, FloatArray], dict[Channel, Place]]:
     values: dict[Channel, FloatArray] = {}
-    places = {n: Place(source, n, column, table.first_row) for n, column in columns.items()}
+    places: dict[Channel, Place] = {}
     rows = len(table.columns[columns["t"].name])
     for name, column in columns.items():
+        places[name] = Place(source, name, column, table.first_row)
         raw = table.columns[column.name]
         if len(raw) != rows:
             raise InputError(
@@ -84,6 +76,23 @@ def _channels(
         # The signed zeros of exported files would otherwise show in every difference.
         values[name] = numbers * column.scale + 0.0
     return values, places
+
+
+def _checked(
+    values: dict[Channel, FloatArray], places: dict[Channel, Place]
+) -> tuple[list[RecordingWarning], dict[str, float]]:
+    """Remarks and encoder steps; wrapped angles are unwrapped in `values`."""
+    notes = check_time(values["t"], places["t"])
+    if "u" in values:
+        notes += check_voltage(values["u"], places["u"])
+    quanta: dict[str, float] = {}
+    for name in ANGLES:
+        if name in values:
+            values[name], step, remarks = check_angle(values["t"], values[name], places[name])
+            notes += remarks
+            if step is not None:
+                quanta[name] = step
+    return notes, quanta
 
 
 def _extra(

@@ -18,7 +18,7 @@ class RecordingWarning(UserWarning):
     Attributes:
         code: what it is, one of "jitter", "gap", "slow_clock", "constant", "saturated",
             "wrapped", "jump", "implausible_speed", "large_voltage", "ignored_column",
-            "twist_offset".
+            "twist_offset", "hidden_state".
     """
 
     def __init__(self, code: str, message: str) -> None:
@@ -67,7 +67,7 @@ class Recording:
 
     def channels(self) -> dict[Channel, FloatArray]:
         """The channels present, t among them."""
-        values = {name: getattr(self, name) for name in CHANNELS}
+        values: dict[Channel, FloatArray | None] = {c: getattr(self, c) for c in CHANNELS}
         return {name: value for name, value in values.items() if value is not None}
 
     def angles(self) -> dict[Channel, FloatArray]:

@@ -63,37 +63,36 @@ def read_table(path: Path) -> Table:
 
 
 def _read_csv(path: Path) -> Table:
-    import pandas as pd
+    import pyarrow as pa
+    from pyarrow import csv as arrow_csv
 
     content = path.read_bytes()
     if path.suffix.lower() == ".gz":
         content = gzip.decompress(content)
     try:
-        text = content.decode("utf-8-sig")
+        header, _, body = content.decode("utf-8-sig").partition("\n")
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not a text file in UTF-8; export it as CSV in UTF-8") from error
-    head = text.split("\n", 1)[0].strip().lstrip("#").strip()
+    head = header.strip().lstrip("#").strip()
     separator = max(",;\t", key=head.count)
     names = [n.strip() for n in next(csv.reader([head], delimiter=separator), [])]
     _check_header(path, names)
+    if not body.strip():
+        raise InputError(f"{path}: a header but no rows; record or export it again")
+    rows = body.encode()
     try:
-        frame = pd.read_csv(
-            io.StringIO(text), sep=separator, skiprows=1, header=None, names=names,
-            low_memory=False, float_precision="round_trip",
-        )  # fmt: skip
-    except pd.errors.EmptyDataError as error:
-        raise InputError(f"{path}: a header but no rows; record or export it again") from error
-    except pd.errors.ParserError as error:
-        raise InputError(
-            f"{path}: a row does not match the header's {len(names)} columns "
-            f"({str(error).strip()}); export the file again"
-        ) from error
-    # pandas makes the surplus of rows longer than the header an index.
-    if not isinstance(frame.index, pd.RangeIndex):
-        raise InputError(
-            f"{path}: rows hold more values than the header's {len(names)} columns; name them all"
+        table = arrow_csv.read_csv(
+            io.BytesIO(rows),
+            # One block, since Arrow settles each column's type by the first one.
+            arrow_csv.ReadOptions(column_names=names, block_size=len(rows) + 1),
+            arrow_csv.ParseOptions(delimiter=separator),
         )
-    return Table({n: np.asarray(frame[n]) for n in names}, first_row=2)
+    except pa.ArrowInvalid as error:
+        raise InputError(
+            f"{path}: a row does not match the header's {len(names)} columns (data "
+            f"{str(error).split('error: ')[-1]}); export the file again"
+        ) from error
+    return Table({n: np.asarray(table.column(n).to_pandas()) for n in names}, first_row=2)
 
 
 def _check_header(path: Path, names: list[str]) -> None:
@@ -168,7 +167,5 @@ def as_numbers(values: NDArray[Any], where: str, first_row: int = 1) -> FloatArr
     if len(bad):
         value = str(values[bad[0]])
         hint = "write decimals with a point" if "," in value else "remove units and words"
-        raise InputError(
-            f"{where} is not numeric: {value!r} in row {bad[0] + first_row}; {hint}"
-        )
+        raise InputError(f"{where} is not numeric: {value!r} in row {bad[0] + first_row}; {hint}")
     return np.ascontiguousarray(numbers)

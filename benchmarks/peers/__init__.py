@@ -1,0 +1,1 @@
+"""One small adapter per peer: the paper's rig at constant voltage from rest."""

@@ -1,0 +1,248 @@
+"""Commands that take recordings: replay and identify."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer.core import TyperCommand
+
+from drill_env._errors import InputError
+from drill_env.parameters import SYMBOLS, Rig, load_rig, save_rig
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from drill_env.identification.one_inertia import OneInertiaResult
+    from drill_env.identification.replay import ReplayResult
+    from drill_env.recordings import Channel, Recording
+
+_MAP_HELP = (
+    "CHANNEL=COLUMN[:UNIT], repeatable: t (s ms us), u (V mV), theta_u and theta_l "
+    "(rad deg turn counts/N m), or a number to multiply by. Example: --map theta_u=enc:counts/8192"
+)
+MapOption = Annotated[list[str] | None, typer.Option("--map", help=_MAP_HELP, show_default=False)]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
+FitArgument = Annotated[list[Path], typer.Argument(metavar="FIT...", help="Recordings to fit.")]
+OneInertiaOption = Annotated[
+    bool, typer.Option("--one-inertia", help="Upper disc alone, or any single axis.")
+]
+GainOption = Annotated[float | None, typer.Option(help="Force or torque per volt; must be known.")]
+GainColumnOption = Annotated[
+    str | None, typer.Option(help="Take the gain from this number in the first FIT file.")
+]
+HoldoutOption = Annotated[
+    list[Path] | None, typer.Option(metavar="HOLD...", help="Recordings to judge by, one or more.")
+]
+AsymmetricOption = Annotated[
+    bool, typer.Option("--asymmetric", help="Friction apart for each direction.")
+]
+CutoffOption = Annotated[
+    float | None, typer.Option(help="Low-pass in Hz.", show_default="100 or a tenth of the rate")
+]
+DecimationOption = Annotated[
+    int | None, typer.Option(help="Keep one sample in so many.", show_default="rate/cutoff")
+]
+CentreOption = Annotated[
+    bool,
+    typer.Option("--centre-hold", help="Mean of the voltages held before and after a sample."),
+]
+RigOutOption = Annotated[Path | None, typer.Option(help="Rig file to write.")]
+
+
+class _SeveralHoldouts(TyperCommand):
+    """Lets ``--holdout A B C`` take all three; otherwise B and C would be fitted."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        spread: list[str] = []
+        inside = False
+        for arg in args:
+            if inside and not arg.startswith("-") and spread[-1] != "--holdout":
+                spread.append("--holdout")
+            elif arg.startswith("-"):
+                inside = arg == "--holdout"
+            spread.append(arg)
+        return super().parse_args(ctx, spread)
+
+
+def register(app: typer.Typer) -> None:
+    """Add ``replay`` and ``identify`` to a command line."""
+    app.command("replay")(replay_command)
+    app.command("identify", cls=_SeveralHoldouts)(identify_command)
+
+
+def replay_command(
+    recording: Annotated[Path, typer.Argument(metavar="REC", help="Recording to replay.")],
+    rig: Annotated[Path | None, typer.Option(help="Rig file; the printed rig if none.")] = None,
+    mapping: MapOption = None,
+    horizon: Annotated[float, typer.Option(help="Prediction restarts every so many s.")] = 5.0,
+    out: Annotated[Path | None, typer.Option(help="Picture to draw (.png .pdf .svg).")] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Lay the simulation of a rig over a recording: error per channel and a picture.
+
+    REC holds the columns t (s), u (V), theta_u, theta_l (rad) as CSV, Parquet or .mat.
+    """
+    from drill_env.identification.replay import replay
+
+    with _remarks_to_stderr():
+        parameters = load_rig(rig) if rig is not None else Rig.paper()
+        measured = _read([recording], mapping, ("u",))[0]
+        result = replay(measured, parameters, horizon=horizon)
+        for note in result.notes:
+            warnings.warn(note, stacklevel=1)
+        if out is not None:
+            from drill_env.report.replay_picture import save_replay_picture
+
+            save_replay_picture(result, out)
+    if as_json:
+        _print_json({**result.as_dict(), "picture": None if out is None else str(out)})
+        return
+    _show(_replay_table(result))
+    if result.force_error is not None:
+        typer.echo(f"relative force error (inverse dynamics): {100 * result.force_error:.3f} %")
+    if out is not None:
+        typer.echo(f"picture: {out}")
+
+
+def identify_command(
+    fit: FitArgument,
+    one_inertia: OneInertiaOption = False,
+    gain: GainOption = None,
+    gain_column: GainColumnOption = None,
+    holdout: HoldoutOption = None,
+    mapping: MapOption = None,
+    asymmetric: AsymmetricOption = False,
+    cutoff: CutoffOption = None,
+    decimation: DecimationOption = None,
+    centre_hold: CentreOption = False,
+    out: RigOutOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Identify a rig from recordings, and judge it on others.
+
+    With --one-inertia: mass, viscous and Coulomb friction and offset by inverse-dynamics
+    least squares from u and theta_u.
+    """
+    if not one_inertia:
+        raise InputError(
+            "identification of the two-inertia rig is not in this version; give --one-inertia "
+            "for recordings of the upper disc alone"
+        )
+    from drill_env.identification.inverse_dynamics import InverseOptions
+    from drill_env.identification.one_inertia import identify_one_inertia
+
+    with _remarks_to_stderr():
+        fitted = _read(fit, mapping, ("u", "theta_u"))
+        held = _read(holdout or [], mapping, ("u", "theta_u"))
+        result = identify_one_inertia(
+            fitted, _gain(gain, gain_column, fitted), holdout=held, asymmetric=asymmetric,
+            options=InverseOptions(
+                cutoff=cutoff, decimation=decimation, centre_hold=centre_hold
+            ),
+        )  # fmt: skip
+        rig = _rig_or_none(result, out is not None)
+        if out is not None and rig is not None:
+            save_rig(rig, out)
+    if as_json:
+        _print_json(_identified(result, rig, out))
+        return
+    for table in _identify_tables(result):
+        _show(table)
+    if out is not None:
+        typer.echo(f"rig file: {out}")
+
+
+def _gain(gain: float | None, column: str | None, fitted: list[Recording]) -> float | None:
+    if gain is not None and column is not None:
+        raise InputError("--gain and --gain-column are both given; give one of them")
+    return fitted[0].constant(column) if column is not None else gain
+
+
+def _rig_or_none(result: OneInertiaResult, needed: bool) -> Rig | None:
+    try:
+        return result.rig
+    except InputError as error:
+        if needed:
+            raise
+        warnings.warn(str(error), stacklevel=1)
+        return None
+
+
+def _read(
+    paths: list[Path], mapping: list[str] | None, need: tuple[Channel, ...]
+) -> list[Recording]:
+    from drill_env.recordings import parse_map, read_recording
+
+    columns = parse_map(mapping or [])
+    return [read_recording(path, columns, need=need) for path in paths]
+
+
+@contextmanager
+def _remarks_to_stderr() -> Iterator[None]:
+    """Warnings as one plain line each, without Python's source lines."""
+    with warnings.catch_warnings(record=True) as remarks:
+        warnings.simplefilter("always")
+        try:
+            yield
+        finally:
+            for remark in remarks:
+                typer.echo(f"warning: {remark.message}", err=True)
+
+
+def _print_json(document: dict[str, Any]) -> None:
+    typer.echo(json.dumps(document, indent=2, allow_nan=False))
+
+
+def _show(table: Table) -> None:
+    from rich.console import Console
+
+    Console().print(table)
+
+
+def _replay_table(result: ReplayResult) -> Table:
+    from rich.table import Table
+
+    unit = "rad" if result.rig.inertias == 2 else "unit"
+    table = Table(title=f"Replay of {Path(result.recording.source).name}", title_justify="left")
+    table.add_column("channel")
+    for name in (f"rms [{unit}]", f"max [{unit}]", "% of range"):
+        table.add_column(name, justify="right")
+    groups = [("free run", result.errors)]
+    groups.append((f"restarted every {result.horizon:g} s", result.prediction_errors))
+    for label, errors in groups:
+        for name, e in errors.items():
+            table.add_row(f"{name}, {label}", f"{e.rms:.4g}", f"{e.max:.4g}", f"{e.percent:.3f}")
+    return table
+
+
+def _identify_tables(result: OneInertiaResult) -> list[Table]:
+    from rich.table import Table
+
+    values = Table(title=f"One inertia, gain {result.gain:.6g} per volt", title_justify="left")
+    errors = Table(title="Relative force error", title_justify="left")
+    for table, names in ((values, ("parameter", "estimate", "std. error")), (errors, ("", "%"))):
+        table.add_column(names[0])
+        for name in names[1:]:
+            table.add_column(name, justify="right")
+    for name, value in result.estimates.items():
+        values.add_row(name, f"{value:.6g}", f"{result.standard_errors[name]:.2g}")
+    for label, found in (("fit", result.fit_errors), ("held out", result.holdout_errors)):
+        for source, share in found.items():
+            errors.add_row(f"{label}: {Path(source).name}", f"{100 * share:.3f}")
+    return [values, errors]
+
+
+def _identified(result: OneInertiaResult, rig: Rig | None, out: Path | None) -> dict[str, Any]:
+    table = None if rig is None else {n: getattr(rig, n) for n in SYMBOLS} | {"inertias": 1}
+    return {
+        "model": "one_inertia",
+        **result.as_dict(),
+        "rig": table,
+        "rig_file": None if out is None else str(out),
+    }

@@ -1,0 +1,105 @@
+"""Compiled encoders, filters and observations of one environment."""
+
+from math import floor
+
+from drill_env._jit import kernel
+from drill_env.environment._records import VIEW_STATE, VIEW_SURFACE
+from drill_env.sensors._kernels import filter_sample, quantise, start_filter
+
+
+@kernel
+def lost_counts(moved, chance, uniform):
+    """Whole counts lost of `moved`: the mean, rounded up with the chance of its remainder."""
+    mean = abs(moved) * chance
+    whole = floor(mean)
+    lost = whole + (1.0 if uniform < mean - whole else 0.0)
+    return lost if moved > 0.0 else -lost
+
+
+@kernel
+def spoil(row, disc, seen, draw, setting):
+    """Angle with the noise and the missed counts of one random draw."""
+    if setting.missed > 0.0 and setting.quantum > 0.0:
+        moved = (seen - row.lost[disc] - row.measured[disc]) / setting.quantum
+        row.lost[disc] += setting.quantum * lost_counts(moved, setting.missed, draw[2 + disc])
+    return seen - row.lost[disc] + setting.noise_rad * draw[disc]
+
+
+@kernel
+def read_sample(row, ring, noise, j, theta_u, theta_l, setting):
+    """Pass encoder sample `j` of a period through delay, noise, counts and filter."""
+    length = ring.shape[0]
+    row.head = row.head + 1 if row.head + 1 < length else 0
+    ring[row.head, 0], ring[row.head, 1] = theta_u, theta_l
+    late = row.head - row.delay
+    if late < 0:
+        late += length
+    for disc in range(2):
+        seen = ring[late, disc]
+        if noise.shape[0] > 0:
+            seen = spoil(row, disc, seen, noise[row.noise_row, j], setting)
+        seen = quantise(seen, setting.quantum)
+        row.measured[disc] = seen
+        row.speed[disc] = filter_sample(row.memory[disc], seen, setting.rate, setting.b, setting.a)
+
+
+@kernel
+def start_sensors(row, ring, setting):
+    """Encoders and filters as if the discs had turned steadily before."""
+    length, y = ring.shape[0], row.run.y
+    row.head = length - 1
+    for k in range(length):
+        age = (length - 1 - k) / setting.rate
+        ring[k, 0] = y[0] + y[3] - age * y[1]
+        ring[k, 1] = y[3] - age * y[2]
+    for disc in range(2):
+        row.lost[disc] = 0.0
+        row.speed[disc] = y[1 + disc]
+        row.measured[disc] = quantise(ring[length - 1 - row.delay, disc], setting.quantum)
+        start_filter(row.memory[disc], row.measured[disc], y[1 + disc], setting.b, setting.a)
+
+
+@kernel
+def clip(value, bound):
+    """`value` within +- `bound`."""
+    return min(max(value, -bound), bound)
+
+
+@kernel
+def fill_frame(row, setting, out):
+    """Write the present measurements, clipped to their bounds; returns how many."""
+    bounds = setting.bounds
+    if setting.shown == VIEW_SURFACE:
+        out[0] = clip(row.speed[0], bounds[0])
+        return 1
+    y = row.run.y
+    if setting.shown == VIEW_STATE:
+        out[0], out[1] = clip(y[0], bounds[0]), clip(y[1], bounds[1])
+        out[2] = clip(y[2], bounds[2])
+    else:
+        out[0] = clip(row.measured[0] - row.measured[1], bounds[0])
+        out[1], out[2] = clip(row.speed[0], bounds[1]), clip(row.speed[1], bounds[2])
+    return 3
+
+
+@kernel
+def fill_observation(row, fresh, setting, out):
+    """Observation: measurements, set point, voltage, then past frames, newest first."""
+    n = 1 if setting.shown == VIEW_SURFACE else 3
+    frame = n + 1
+    past = (out.size - n - 2) // frame
+    if not fresh:
+        for k in range(past - 1, -1, -1):
+            to = n + 2 + k * frame
+            source = 0 if k == 0 else to - frame
+            for j in range(n):
+                out[to + j] = out[source + j]
+            out[to + n] = out[n + 1] if k == 0 else out[source + n]
+    fill_frame(row, setting, out)
+    out[n], out[n + 1] = row.setpoint, row.voltage
+    if fresh:
+        for k in range(past):
+            to = n + 2 + k * frame
+            for j in range(n):
+                out[to + j] = out[j]
+            out[to + n] = out[n + 1]

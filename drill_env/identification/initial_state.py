@@ -1,0 +1,104 @@
+"""The state of the rig at a row of a recording, from short smooth fits of the angles."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from drill_env._types import FloatArray
+from drill_env.parameters import Rig
+from drill_env.recordings import Recording
+
+_LONGEST = 0.3
+_FEWEST = 5
+_GROWTH = 1.4
+_SIGMAS = 2.5
+_REST_WINDOW = 0.06
+
+
+def local_fit(
+    t: FloatArray, theta: FloatArray, row: int, step: float | None = None
+) -> tuple[float, float]:
+    """Angle and velocity at one row by a parabola over the samples around it.
+
+    The window grows up to 0.3 s for as long as the velocities of all windows agree within
+    their noise (Lepski's rule), so that neither noise nor curvature takes over. At the
+    ends of the recording it is one-sided.
+
+    Args:
+        t: times in s, shape (n,).
+        theta: angles in rad, shape (n,).
+        row: the row.
+        step: the encoder's step in rad where known.
+
+    Returns:
+        Angle in rad and velocity in rad/s.
+    """
+    noise = _noise(t, theta, row, step)
+    low, high = -math.inf, math.inf
+    best = (float(theta[row]), 0.0)
+    width = float(_FEWEST)
+    while True:
+        half = int(width) // 2
+        start = max(row - half, 0)
+        stop = min(row + half + 1 if row > 0 else int(width), len(t))
+        x = t[start:stop] - t[row]
+        if len(x) < _FEWEST or (len(x) > _FEWEST and x[-1] - x[0] > _LONGEST):
+            return best
+        angle, velocity, spread = _parabola(x, theta[start:stop])
+        margin = _SIGMAS * noise * spread
+        low, high = max(low, velocity - margin), min(high, velocity + margin)
+        if low > high:
+            return best
+        best = (angle, velocity)
+        if start == 0 and stop == len(t):
+            return best
+        width = max(width * _GROWTH, width + 1)
+
+
+def _noise(t: FloatArray, theta: FloatArray, row: int, step: float | None) -> float:
+    near = theta[np.abs(t - t[row]) <= 0.5 * _LONGEST]
+    # Third differences hide a smooth motion and keep white noise, times the root of 20.
+    rough = float(np.sqrt(np.mean(np.diff(near, 3) ** 2) / 20.0)) if len(near) > 3 else 0.0
+    floor = 1e-12 * float(np.abs(theta).max())
+    return max(rough, (step or 0.0) / math.sqrt(12.0), floor)
+
+
+def _starts_at_rest(t: FloatArray, theta: FloatArray, step: float | None) -> bool:
+    """Whether a motion out of rest explains the first samples within their noise."""
+    rows = max(int(np.searchsorted(t, t[0] + _REST_WINDOW)), 2 * _FEWEST)
+    x = (t[:rows] - t[0]) / _REST_WINDOW
+    columns = np.stack([np.ones_like(x), x**2, x**3], axis=1)
+    left = theta[:rows] - columns @ (np.linalg.pinv(columns) @ theta[:rows])
+    return float(np.sqrt(np.mean(left**2))) <= 1.3 * _noise(t, theta, 0, step)
+
+
+def _parabola(x: FloatArray, y: FloatArray) -> tuple[float, float, float]:
+    """Value and slope at 0, and the slope's standard deviation for unit noise."""
+    span = max(float(np.abs(x).max()), 1e-12)
+    inverse = np.linalg.pinv(np.vander(x / span, 3, increasing=True))
+    values = inverse @ y
+    return float(values[0]), float(values[1] / span), float(np.linalg.norm(inverse[1]) / span)
+
+
+def state_at(recording: Recording, rig: Rig, row: int) -> FloatArray:
+    """State (twist, omega_u, omega_l, theta_l) at a row, in rad and rad/s, shape (4,).
+
+    At the first row angles are the samples themselves, and the disc is taken at rest if
+    the samples allow it, since most runs begin so. An angle that was not recorded is
+    taken equal to the other one.
+    """
+    fits: dict[str, tuple[float, float]] = {}
+    for name, theta in recording.angles().items():
+        step = recording.quanta.get(name)
+        angle, velocity = local_fit(recording.t, theta, row, step)
+        if row == 0:
+            angle = float(theta[0])
+            velocity = 0.0 if _starts_at_rest(recording.t, theta, step) else velocity
+        fits[name] = (angle, velocity)
+    upper = fits["theta_u"] if "theta_u" in fits else fits["theta_l"]
+    if rig.inertias == 1:
+        return np.array([upper[0], upper[1], 0.0, 0.0])
+    lower = fits.get("theta_l", upper)
+    return np.array([upper[0] - lower[0], upper[1], lower[1], lower[0]])

@@ -1,0 +1,218 @@
+"""Simulation laid over a recording: what the rig's parameters leave unexplained."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from drill_env._errors import InputError
+from drill_env._types import FloatArray
+from drill_env.friction import lower_curve
+from drill_env.identification.initial_state import state_at
+from drill_env.identification.inverse_dynamics import InverseOptions, rig_force_error
+from drill_env.integrator import Voltage, sampled_voltage, simulate
+from drill_env.parameters import Rig
+from drill_env.recordings import Channel, Recording, RecordingWarning
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelError:
+    """Error of one simulated channel against the measured one.
+
+    Attributes:
+        rms: root mean square, rad.
+        max: largest absolute error, rad.
+        range: largest minus smallest measured value, rad.
+    """
+
+    rms: float
+    max: float
+    range: float
+
+    @property
+    def percent(self) -> float:
+        """The rms error in % of the measured range, NaN where nothing moved."""
+        return 100.0 * self.rms / self.range if self.range > 0 else math.nan
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReplayResult:
+    """A recording and the rig's answer to its voltage.
+
+    Attributes:
+        recording: what was measured.
+        rig: the parameters.
+        initial: (twist, omega_u, omega_l, theta_l) at the first row, shape (4,).
+        simulated: angle by channel over the whole run, free after the first row, rad.
+        errors: error of `simulated` by channel.
+        horizon: s between the restarts of the prediction.
+        predicted: angle by channel when restarted every `horizon` s from the measured
+            state, rad; empty where an angle was not recorded.
+        prediction_errors: error of `predicted` by channel.
+        force_error: relative force error of a one-inertia rig, share of 1, else None.
+        notes: what a reader should know of this replay.
+    """
+
+    recording: Recording
+    rig: Rig
+    initial: FloatArray
+    simulated: Mapping[Channel, FloatArray]
+    errors: Mapping[Channel, ChannelError]
+    horizon: float
+    predicted: Mapping[Channel, FloatArray]
+    prediction_errors: Mapping[Channel, ChannelError]
+    force_error: float | None
+    notes: tuple[RecordingWarning, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Figures without the traces, plain values for JSON."""
+        recording = self.recording
+        return {
+            "recording": recording.source,
+            "samples": len(recording),
+            "duration_s": recording.duration,
+            "rate_hz": recording.rate,
+            "initial": dict(
+                zip(("twist", "omega_u", "omega_l", "theta_l"), self.initial.tolist(), strict=True)
+            ),
+            "errors": _plain(self.errors),
+            "prediction": {"horizon_s": self.horizon, "errors": _plain(self.prediction_errors)},
+            "force_error": self.force_error,
+            "notes": [
+                {"code": note.code, "message": str(note)}
+                for note in (*recording.notes, *self.notes)
+            ],
+        }
+
+
+def _plain(errors: Mapping[Channel, ChannelError]) -> dict[str, Any]:
+    return {
+        name: {**asdict(e), "percent": e.percent if e.range > 0 else None}
+        for name, e in errors.items()
+    }
+
+
+def replay(
+    recording: Recording,
+    rig: Rig,
+    *,
+    initial: FloatArray | None = None,
+    horizon: float = 5.0,
+    options: InverseOptions | None = None,
+) -> ReplayResult:
+    """Simulate a rig through a recording's voltage and compare.
+
+    Args:
+        recording: with u and at least one angle; theta_u for a one-inertia rig.
+        rig: parameters.
+        initial: (twist, omega_u, omega_l, theta_l) at the first row, shape (4,); by
+            default the first angles and velocities fitted to the first samples.
+        horizon: s between restarts of the prediction.
+        options: derivatives for the force error of a one-inertia rig.
+
+    Raises:
+        InputError: a channel is missing or an argument is out of range.
+    """
+    if not (math.isfinite(horizon) and horizon > 0):
+        raise InputError(f"horizon is {horizon}: give seconds greater than 0")
+    channels = _compared(recording, rig)
+    t = recording.t - recording.t[0]
+    voltage = sampled_voltage(t, recording.channel("u"))
+    start = state_at(recording, rig, 0) if initial is None else np.asarray(initial, dtype=float)
+    free = _run(rig, voltage, t, start)
+    simulated: dict[Channel, FloatArray] = {name: free[name] for name in channels}
+    predicted: dict[Channel, FloatArray] = {}
+    if len(channels) == rig.inertias:
+        pieces = _restarted(recording, rig, voltage, t, start, horizon)
+        predicted = {name: pieces[name] for name in channels}
+    force_error = rig_force_error(recording, rig, options) if _has_force(recording, rig) else None
+    return ReplayResult(
+        recording=recording, rig=rig, initial=start, simulated=simulated,
+        errors=_errors(recording, simulated), horizon=horizon, predicted=predicted,
+        prediction_errors=_errors(recording, predicted), force_error=force_error,
+        notes=tuple(_notes(recording, rig)),
+    )  # fmt: skip
+
+
+def _compared(recording: Recording, rig: Rig) -> list[Channel]:
+    if rig.inertias == 1:
+        recording.channel("theta_u")
+        return ["theta_u"]
+    if not recording.angles():
+        recording.channel("theta_l")
+    return list(recording.angles())
+
+
+def _has_force(recording: Recording, rig: Rig) -> bool:
+    return rig.inertias == 1 and not recording.has_note("gap")
+
+
+def _run(rig: Rig, voltage: Voltage, t: FloatArray, state: FloatArray) -> dict[str, FloatArray]:
+    # A little longer than the samples, lest rounding puts the last one past the end.
+    seconds = float(t[-1] - t[0]) + 1e-9
+    run = simulate(rig, voltage, seconds, t_start=float(t[0]), t_eval=t, initial=state)
+    return {"theta_u": run.theta_u, "theta_l": run.theta_l}
+
+
+def _restarted(
+    recording: Recording, rig: Rig, voltage: Voltage, t: FloatArray, start: FloatArray,
+    horizon: float,
+) -> dict[str, FloatArray]:  # fmt: skip
+    rows = np.unique(np.searchsorted(t, np.arange(0.0, t[-1], horizon) - 1e-9))
+    ends = np.append(rows[1:], len(t))
+    pieces = []
+    for row, end in zip(rows.tolist(), ends.tolist(), strict=True):
+        state = start if row == 0 else state_at(recording, rig, row)
+        pieces.append(_run(rig, voltage, t[row:end], state))
+    return {name: np.concatenate([p[name] for p in pieces]) for name in ("theta_u", "theta_l")}
+
+
+def _errors(
+    recording: Recording, simulated: Mapping[Channel, FloatArray]
+) -> dict[Channel, ChannelError]:
+    errors: dict[Channel, ChannelError] = {}
+    for name, values in simulated.items():
+        measured = recording.channel(name)
+        gap = values - measured
+        errors[name] = ChannelError(
+            float(np.sqrt(np.mean(gap**2))), float(np.abs(gap).max()), float(np.ptp(measured))
+        )
+    return errors
+
+
+def _notes(recording: Recording, rig: Rig) -> list[RecordingWarning]:
+    if rig.inertias == 1:
+        return []
+    source, angles = recording.source, recording.angles()
+    if len(angles) == 1:
+        text = (
+            f"{source}: only {next(iter(angles))} is recorded; the string is taken as untwisted "
+            "at the start, and nothing is restarted from the measured state"
+        )
+        return [RecordingWarning("hidden_state", text)]
+    mean = _mean(recording.t, angles["theta_u"] - angles["theta_l"])
+    if abs(mean) <= 2.0 * _explained_twist(recording, rig):
+        return []
+    text = (
+        f"{source}: the string is twisted by {mean:.4g} rad on average, more than the lower disc's "
+        "friction explains; if the encoders were zeroed apart, shift one of them"
+    )
+    return [RecordingWarning("twist_offset", text)]
+
+
+def _mean(t: FloatArray, values: FloatArray) -> float:
+    return float(np.trapezoid(values, t) / (t[-1] - t[0]))
+
+
+def _explained_twist(recording: Recording, rig: Rig) -> float:
+    """The mean twist (rad) that friction and a change of speed can hold: their mean torque."""
+    t, theta = recording.t, recording.channel("theta_l")
+    stride = min(max(1, round(0.1 * recording.rate)), len(t) - 1)
+    speeds = np.abs((theta[stride:] - theta[:-stride]) / (t[stride:] - t[:-stride]))
+    friction = float(lower_curve(rig, np.linspace(0.0, speeds.max(), 200)).max())
+    change = 2.0 * rig.Jl * float(speeds.max()) / recording.duration
+    return (friction + change) / rig.ktheta

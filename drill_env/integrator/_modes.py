@@ -1,0 +1,109 @@
+"""Compiled slip/stick transitions: which mode follows which."""
+
+from drill_env._jit import kernel
+from drill_env.dynamics._kernels import (
+    clamp_event,
+    lower_margin,
+    lower_rate,
+    upper_margin,
+    upper_rate,
+)
+from drill_env.integrator._events import LOWER, LOWER_LAW, UPPER
+from drill_env.integrator._records import N_COLUMNS, N_STATE
+
+STICK, SLIP, REVERSAL, MAXIMUM, MINIMUM, CLAMP = 0, 1, 2, 3, 4, 5
+
+
+@kernel
+def margin_of(which, p, run, u):
+    """Stiction left at a disc (Nm), and the sign it would leave in."""
+    return upper_margin(p, run.y[0], u) if which == UPPER else lower_margin(p, run.y[0])
+
+
+@kernel
+def start_mode(p, run, u):
+    """Modes of a state that comes without any, from its velocities and torques."""
+    for which in range(2):
+        omega = run.y[1 + which]
+        margin, sign = margin_of(which, p, run, u)
+        if omega == 0.0:
+            run.mode[which] = 0 if margin >= 0.0 else sign
+        else:
+            run.mode[which] = 1 if omega > 0.0 else -1
+    run.mode[2] = 0
+    if clamp_event(p, run.mode[1], 0, run.y[2], 0.0)[0] < 0.0:
+        run.mode[2] = 1
+
+
+@kernel
+def transit(which, p, run, u):
+    """Change the mode of disc `which` at its event; returns the kind of event."""
+    if which == LOWER_LAW:
+        run.mode[2] = 1 - run.mode[2]
+        return CLAMP
+    margin, sign = margin_of(which, p, run, u)
+    if run.mode[which] == 0:
+        run.mode[which] = sign
+        return SLIP
+    run.y[1 + which] = 0.0
+    if which == LOWER:
+        run.mode[2] = 0
+    if margin >= 0.0:
+        run.mode[which] = 0
+        return STICK
+    if sign == run.mode[which]:
+        return SLIP
+    run.mode[which] = sign
+    return REVERSAL
+
+
+@kernel
+def overdue(which, p, run, work, u):
+    """Whether disc `which` must change mode right now, before any step."""
+    direction = run.mode[which]
+    if direction == 0:
+        return margin_of(which, p, run, u)[0] < 0.0
+    speed = direction * run.y[1 + which]
+    # Rounding leaves a released disc with a rate of about -1e-16: not a new contact.
+    return speed < 0.0 or (speed == 0.0 and direction * work.k[0, 1 + which] < -1e-10)
+
+
+@kernel
+def note(log, run, t, disc, kind, y):
+    """Write one event down."""
+    entry = log[run.logged]
+    entry.t = t
+    entry.disc = disc
+    entry.kind = kind
+    for i in range(N_STATE):
+        entry.y[i] = y[i]
+    run.logged += 1
+
+
+@kernel
+def salt(work, row, factor):
+    """Saltation at a zero crossing of one velocity.
+
+    Only that velocity's rate jumps, so the saltation matrix scales its row by
+    after/before; a stick sets it to zero. Break-aways and clamp switches leave the
+    rates continuous: nothing to do there.
+    """
+    for c in range(N_COLUMNS):
+        work.sens[row, c] *= factor
+
+
+@kernel
+def change(which, p, run, work, log, u):
+    """Pass disc `which` through its event: new mode, saltation, log entry."""
+    y, mode = run.y, run.mode
+    slipping = which != LOWER_LAW and mode[which] != 0
+    before_u = upper_rate(p, mode[0], y[0], y[1], u)
+    before_l = lower_rate(p, mode[1], mode[2], y[0], y[2])
+    kind = transit(which, p, run, u)
+    if work.sensitivity and slipping and which == UPPER:
+        salt(work, 1, upper_rate(p, mode[0], y[0], y[1], u) / before_u)
+    elif work.sensitivity and slipping:
+        salt(work, 2, lower_rate(p, mode[1], mode[2], y[0], y[2]) / before_l)
+    note(log, run, run.t, which, kind, y)
+    run.events += 1
+    work.has_rates = 0

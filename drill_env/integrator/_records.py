@@ -1,0 +1,99 @@
+"""Records shared by the compiled integrator: one pointer each instead of many arrays."""
+
+import numpy as np
+
+from drill_env.parameters._record import N_PARAMETERS
+
+N_STATE = 4
+N_COLUMNS = N_STATE + N_PARAMETERS
+MAX_COEFFICIENTS = 8
+MAX_STAGES = 16
+
+RUN = np.dtype(
+    [
+        ("y", "f8", (N_STATE,)),  # twist, omega_u, omega_l, theta_l
+        ("mode", "i8", (3,)),  # upper, lower slip direction; clamped
+        ("t", "f8"),
+        ("h", "f8"),  # step to try next
+        ("max_speed", "f8"),
+        ("piece", "i8"),
+        ("sample", "i8"),
+        ("logged", "i8"),
+        ("steps", "i8"),
+        ("rejected", "i8"),
+        ("events", "i8"),
+        ("chatter", "i8"),  # events since time last moved
+    ],
+    align=True,
+)
+"""What one integration carries on."""
+
+WORK = np.dtype(
+    [
+        ("rtol", "f8"),
+        ("atol", "f8"),
+        ("max_step", "f8"),
+        ("max_steps", "i8"),
+        ("extrema", "i8"),
+        ("sensitivity", "i8"),
+        ("start", "f8"),  # of the present voltage piece
+        ("end", "f8"),
+        ("coefficients", "i8"),
+        ("piece", "f8", (MAX_COEFFICIENTS,)),
+        ("has_rates", "i8"),  # whether stage 0 is already filled
+        ("k", "f8", (MAX_STAGES, N_STATE)),
+        ("ys", "f8", (MAX_STAGES, N_STATE)),
+        ("dense", "f8", (N_STATE, 7)),
+        ("turn", "f8", (N_STATE,)),
+        ("sens", "f8", (N_STATE, N_COLUMNS)),
+        ("ks", "f8", (MAX_STAGES, N_STATE, N_COLUMNS)),
+        ("stage", "f8", (N_STATE, N_COLUMNS)),
+        ("jac", "f8", (4,)),
+        ("rates", "f8", (2, N_PARAMETERS)),
+    ],
+    align=True,
+)
+"""Options and working arrays of one thread."""
+
+EVENT = np.dtype(
+    [("t", "f8"), ("disc", "i8"), ("kind", "i8"), ("y", "f8", (N_STATE,))], align=True
+)
+"""One logged event."""
+
+TABLEAU = np.dtype(
+    [
+        ("stages", "i8"),
+        ("extra", "i8"),
+        ("order", "f8"),
+        ("degree", "i8"),
+        ("a", "f8", (MAX_STAGES, MAX_STAGES)),
+        ("c", "f8", (MAX_STAGES,)),
+        ("error_high", "f8", (MAX_STAGES,)),
+        ("error_low", "f8", (MAX_STAGES,)),
+        ("dense", "f8", (MAX_STAGES, 7)),
+    ],
+    align=True,
+)
+"""One explicit Runge-Kutta pair with dense output.
+
+`stages` come before the derivative at the step's end, whose row of `a` holds the
+solution's weights; `extra` stages serve the dense output only. The interpolant is
+y(s) = y0 + h sum_jm dense[j, m] K_j s^(m+1).
+"""
+
+
+def new_work(
+    rtol: float,
+    atol: float,
+    max_step: float = np.inf,
+    *,
+    extrema: bool = False,
+    sensitivity: bool = False,
+) -> np.ndarray:
+    """Options and working arrays, shape (1,)."""
+    work = np.zeros(1, dtype=WORK)
+    work["rtol"], work["atol"], work["max_step"] = rtol, atol, max_step
+    work["max_steps"] = 2_000_000_000
+    work["extrema"], work["sensitivity"] = extrema, sensitivity
+    work["sens"][0, :, :N_STATE] = np.eye(N_STATE)
+    return work
