@@ -99,19 +99,12 @@ def _time(function):
     return lambda c: {**c, "t": function(c["t"].copy())}
 
 
-def _swapped(t):
-    t[[7, 8]] = t[[8, 7]]
-    return t
-
-
-def _repeated(t):
-    t[8] = t[7]
-    return t
-
-
 ERRORS = {
-    "backwards": (_time(_swapped), "column t runs backwards in row 10"),
-    "repeated": (_time(_repeated), "column t repeats in row 10"),
+    "backwards": (
+        _time(lambda t: t[np.r_[:7, 8, 7, 9 : len(t)]]),
+        "column t runs backwards in row 10",
+    ),
+    "repeated": (_time(lambda t: t[np.r_[:8, 7, 9 : len(t)]]), "column t repeats in row 10"),
     "clock in ms": (_time(lambda t: 1e3 * t), "probably in ms: --map t=t:ms"),
     "clock in us": (_time(lambda t: 1e6 * t), "probably in us"),
     "nan": (_row("theta_l", 30, np.nan), "theta_l has 1 missing.*row 32"),
@@ -143,19 +136,14 @@ def _jitter(t):
     return t + np.random.default_rng(1).uniform(-1e-3, 1e-3, len(t))
 
 
-def _gap(t):
-    t[900:] += 0.1
-    return t
-
-
-def _glitch(theta):
-    theta[1000:] += 2.0
-    return theta
-
-
 WARNINGS = {
     "jitter": (_time(_jitter), "jitter", r"sampling jitter 1\d\.\d %"),
-    "gap": (_time(_gap), "gap", "1 gaps, about 20 samples lost.*row 901"),
+    "slow": (_time(lambda t: 20 * t), "slow_clock", "0.1 s between samples is slow.*t=t:ms"),
+    "gap": (
+        _time(lambda t: t + 0.1 * (t > 4.4975)),
+        "gap",
+        "1 gaps, about 20 samples lost.*row 901",
+    ),
     "constant voltage": (lambda c: {**c, "u": 0 * c["u"] + 3}, "constant", "u is constant at 3 V"),
     "dead encoder": (lambda c: {**c, "theta_l": 0 * c["t"]}, "constant", "encoder is dead"),
     "clipped voltage": (
@@ -174,7 +162,11 @@ WARNINGS = {
         "implausible_speed",
         "--map theta_u=theta_u:deg",
     ),
-    "glitch": (lambda c: {**c, "theta_l": _glitch(c["theta_l"])}, "jump", "in row 1002"),
+    "glitch": (
+        lambda c: {**c, "theta_l": c["theta_l"] + 2.0 * (c["t"] > 4.9975)},
+        "jump",
+        "in row 1002",
+    ),
     "words": (lambda c: {**c, "remark": "x"}, "ignored_column", "remark"),
 }
 

@@ -37,6 +37,7 @@ def recorded(rig, seconds=30.0, rate=200.0, start=None, volts=random_voltage):
     return Recording(t=t + 7.0, u=u, theta_u=run.theta_u, theta_l=run.theta_l)
 
 
+@pytest.mark.filterwarnings("ignore::drill_env.integrator.NegativeFrictionWarning")
 @pytest.mark.parametrize("volts", [random_voltage, lambda t: np.full_like(t, 3.5)])
 def test_a_rig_explains_its_own_recording(volts):
     """From rest, of which the recording says nothing but its angles."""
@@ -105,6 +106,7 @@ def test_what_is_hidden_or_offset_is_said():
 
 
 @needs_practice
+@pytest.mark.filterwarnings("ignore::drill_env.recordings.RecordingWarning")
 def test_practice_sets_replay_as_their_answers_say():
     """Another maker's simulator: its own rig explains it, ours a few % off does not."""
     answers = json.loads((PRACTICE / "answers.json").read_text())["practice-1"]["rig"]

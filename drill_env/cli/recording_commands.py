@@ -142,20 +142,13 @@ def identify_command(
         held = _read(holdout or [], mapping, ("u", "theta_u"))
         result = identify_one_inertia(
             fitted, _gain(gain, gain_column, fitted), holdout=held, asymmetric=asymmetric,
-            options=InverseOptions(
-                cutoff=cutoff, decimation=decimation, centre_hold=centre_hold
-            ),
+            options=InverseOptions(cutoff, decimation=decimation, centre_hold=centre_hold),
         )  # fmt: skip
-        rig = _rig_or_none(result, out is not None)
-        if out is not None and rig is not None:
-            save_rig(rig, out)
+        rig = _saved_rig(result, out)
     if as_json:
         _print_json(_identified(result, rig, out))
-        return
-    for table in _identify_tables(result):
-        _show(table)
-    if out is not None:
-        typer.echo(f"rig file: {out}")
+    else:
+        _show_identified(result, out)
 
 
 def _gain(gain: float | None, column: str | None, fitted: list[Recording]) -> float | None:
@@ -164,14 +157,18 @@ def _gain(gain: float | None, column: str | None, fitted: list[Recording]) -> fl
     return fitted[0].constant(column) if column is not None else gain
 
 
-def _rig_or_none(result: OneInertiaResult, needed: bool) -> Rig | None:
+def _saved_rig(result: OneInertiaResult, out: Path | None) -> Rig | None:
+    """The rig, written if asked for; none and a warning where the estimates make no rig."""
     try:
-        return result.rig
+        rig = result.rig
     except InputError as error:
-        if needed:
+        if out is not None:
             raise
         warnings.warn(str(error), stacklevel=1)
         return None
+    if out is not None:
+        save_rig(rig, out)
+    return rig
 
 
 def _read(
@@ -221,7 +218,7 @@ def _replay_table(result: ReplayResult) -> Table:
     return table
 
 
-def _identify_tables(result: OneInertiaResult) -> list[Table]:
+def _show_identified(result: OneInertiaResult, out: Path | None) -> None:
     from rich.table import Table
 
     values = Table(title=f"One inertia, gain {result.gain:.6g} per volt", title_justify="left")
@@ -235,7 +232,10 @@ def _identify_tables(result: OneInertiaResult) -> list[Table]:
     for label, found in (("fit", result.fit_errors), ("held out", result.holdout_errors)):
         for source, share in found.items():
             errors.add_row(f"{label}: {Path(source).name}", f"{100 * share:.3f}")
-    return [values, errors]
+    _show(values)
+    _show(errors)
+    if out is not None:
+        typer.echo(f"rig file: {out}")
 
 
 def _identified(result: OneInertiaResult, rig: Rig | None, out: Path | None) -> dict[str, Any]:

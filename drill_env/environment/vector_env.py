@@ -80,15 +80,32 @@ class DrillStringVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], A
         mask = np.asarray(options.pop("reset_mask", self._everyone), dtype=np.bool_)
         if mask.shape != (self.num_envs,):
             raise InputError(f"reset_mask has shape {mask.shape}: give ({self.num_envs},)")
+        return self._reset(seed, [options] * self.num_envs, mask)
+
+    def reset_each(
+        self, seed: int | Sequence[int | None] | None, options: Sequence[dict[str, Any]]
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Start an episode in every environment, each with reset options of its own."""
+        if len(options) != self.num_envs:
+            raise InputError(f"options has {len(options)} entries: give {self.num_envs}")
+        return self._reset(seed, options, self._everyone)
+
+    def _reset(
+        self,
+        seed: int | Sequence[int | None] | None,
+        options: Sequence[dict[str, Any]],
+        mask: NDArray[np.bool_],
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
         if seeds is not None and len(seeds) != self.num_envs:
             raise InputError(f"seed has {len(seeds)} entries: give {self.num_envs}")
         if not self._rngs:
             self._rngs = [seeding.np_random(None)[0] for _ in range(self.num_envs)]
         for i in np.flatnonzero(mask):
-            if seeds is not None and seeds[i] is not None:
-                self._rngs[i] = seeding.np_random(seeds[i])[0]
-            self._core.reset(int(i), self._rngs[i], options)
+            given = None if seeds is None else seeds[i]
+            if given is not None:
+                self._rngs[i] = seeding.np_random(given)[0]
+            self._core.reset(int(i), self._rngs[i], options[i])
         self._done &= ~mask
         return self._core.rows.observation.copy(), self._info(mask)
 

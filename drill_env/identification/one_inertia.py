@@ -1,4 +1,9 @@
-"""Inverse-dynamics least squares for the upper disc alone (stage 1) or any single axis."""
+"""Inverse-dynamics least squares for the upper disc alone (stage 1) or any single axis.
+
+Positions go through a zero-phase Butterworth filter and central differences, and all
+columns through one anti-alias filter and decimation, as published for EMPS (Janot, Gautier
+and Brunot, 2019).
+"""
 
 from __future__ import annotations
 
@@ -90,14 +95,9 @@ def identify_one_inertia(
 ) -> OneInertiaResult:
     """Fit mass, viscous and Coulomb friction and offset by least squares on the force.
 
-    Positions go through a zero-phase Butterworth filter and central differences, and all
-    columns through one anti-alias filter and decimation, as published for EMPS (Janot,
-    Gautier and Brunot, 2019).
-
     Args:
         fit: recordings with u and theta_u to fit together.
-        gain: force or torque per volt. Only ratios show in a one-inertia recording, so
-            it must be known from elsewhere.
+        gain: force or torque per volt, known from elsewhere: recordings show only ratios.
         holdout: recordings to judge by.
         asymmetric: friction apart for each direction.
         options: filter and decimation.
@@ -109,21 +109,21 @@ def identify_one_inertia(
     _check_gain(fit, gain)
     assert gain is not None
     options = options or InverseOptions()
-    blocks = [force_balance(r, gain, asymmetric, options)[:2] for r in fit]
-    held = [force_balance(r, gain, asymmetric, options)[:2] for r in holdout]
+    blocks, held = (
+        [force_balance(r, gain, asymmetric, options)[:2] for r in group] for group in (fit, holdout)
+    )
     names = ASYMMETRIC if asymmetric else SYMMETRIC
     regressors, force = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
     condition = _condition(regressors, names)
     values: FloatArray = np.asarray(np.linalg.lstsq(regressors, force, rcond=None)[0], float)
     errors = _standard_errors(regressors, force - regressors @ values)
     return OneInertiaResult(
-        gain=gain, asymmetric=asymmetric,
+        gain=gain, asymmetric=asymmetric, condition=condition, samples=len(force), options=options,
         estimates=dict(zip(names, values.tolist(), strict=True)),
         standard_errors=dict(zip(names, errors.tolist(), strict=True)),
         fit_errors=_errors_of(fit, blocks, values),
         fit_error=relative_error(force, regressors @ values),
         holdout_errors=_errors_of(holdout, held, values),
-        condition=condition, samples=len(force), options=options,
     )  # fmt: skip
 
 

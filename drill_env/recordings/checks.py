@@ -17,7 +17,7 @@ SHORTEST = 10
 
 _GAP = 1.8
 _JITTER = 0.01
-_SLOWEST = 0.25
+_SLOW, _SLOWEST = 0.06, 0.25
 _LARGEST_VOLTAGE = 60.0
 _TIME_NAMES = {"ms": r"ms|msec|milli\w*", "us": r"us|usec|micro\w*", "ns": r"ns|nsec|nano\w*"}
 
@@ -102,15 +102,18 @@ def check_time(t: FloatArray, place: Place) -> list[RecordingWarning]:
         what = "repeats" if steps[i] == 0.0 else "runs backwards"
         raise InputError(
             f"{place} {what} in row {place.row(i + 1)} ({t[i]:.9g} then {t[i + 1]:.9g} s, "
-            f"{len(bad)} such rows in all); sort the rows and drop repeats"
+            f"{len(bad)} such rows in all); sort the rows, drop repeats or "
+            "export the time with more digits"
         )
     median = float(np.median(steps))
     _check_clock(median, place)
     notes = []
-    if median > 0.5 * _SLOWEST:
+    if median > _SLOW and not place.column.stated:
         notes.append(
             RecordingWarning(
-                "slow_clock", f"{place}: {median:.4g} s between samples is slow for this rig"
+                "slow_clock",
+                f"{place}: {median:.4g} s between samples is slow for this rig; if the clock is "
+                f"not in seconds state its unit: {place.mapped('ms')}",
             )
         )
     return notes + _regularity(t, steps, median, place)

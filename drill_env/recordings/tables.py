@@ -90,7 +90,8 @@ def _read_csv(path: Path) -> Table:
     except pa.ArrowInvalid as error:
         raise InputError(
             f"{path}: a row does not match the header's {len(names)} columns (data "
-            f"{str(error).split('error: ')[-1]}); export the file again"
+            f"{str(error).split('error: ')[-1]}); export the file again, "
+            "or delete the row if it is the last one and was cut short"
         ) from error
     return Table({n: np.asarray(table.column(n).to_pandas()) for n in names}, first_row=2)
 

@@ -1,0 +1,15 @@
+"""Controllers measured against each other and against the open loop."""
+
+from drill_env.benchmark.compare import SETPOINTS, STARTS, compare, run_closed_loop
+from drill_env.benchmark.measures import Measures, measure
+from drill_env.benchmark.open_loop_diagram import open_loop_diagram
+
+__all__ = [
+    "SETPOINTS",
+    "STARTS",
+    "Measures",
+    "compare",
+    "measure",
+    "open_loop_diagram",
+    "run_closed_loop",
+]

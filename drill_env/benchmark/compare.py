@@ -1,0 +1,112 @@
+"""Controllers side by side over set points and starts, on the same rig and encoders."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from drill_env._errors import InputError
+from drill_env._types import FloatArray
+from drill_env.benchmark.measures import measure
+from drill_env.controllers import Controller
+from drill_env.environment.config import EnvConfig, Start
+from drill_env.environment.vector_env import DrillStringVectorEnv
+
+SETPOINTS: tuple[float, ...] = (0.5, 0.85, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 8.5)
+STARTS: tuple[Start, ...] = ("rest", "limit_cycle")
+
+Progress = Callable[[str, int, int], None]
+
+
+def compare(
+    makers: Mapping[str, Callable[[EnvConfig], Controller]],
+    config: EnvConfig,
+    *,
+    setpoints: Sequence[float] = SETPOINTS,
+    starts: Sequence[Start] = STARTS,
+    seconds: float = 90.0,
+    window_s: float = 30.0,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> pd.DataFrame:
+    """Run every controller from every start to every set point.
+
+    Args:
+        makers: controllers by name, each designed from the configuration.
+        config: rig, encoders and voltage limit; the observation follows the controller.
+        setpoints: rad/s.
+        starts: where the runs begin.
+        seconds: length of a run, s.
+        window_s: end of a run that is judged, s.
+        seed: of the environments; all controllers meet the same plants.
+        progress: called with (controller, done, total).
+
+    Returns:
+        One row a run: controller, view, set point, start and the fields of `Measures`.
+
+    Raises:
+        InputError: no set point, start or controller is given, or the window is too long.
+    """
+    if not (makers and setpoints and starts):
+        raise InputError("compare needs at least one controller, one set point and one start")
+    if not 0 < window_s <= seconds:
+        raise InputError(f"window_s is {window_s}: give more than 0 and at most {seconds} s")
+    rows: list[dict[str, Any]] = []
+    for done, (name, maker) in enumerate(makers.items()):
+        if progress is not None:
+            progress(name, done, len(makers))
+        for start in starts:
+            rows += _runs(name, maker, config, setpoints, start, seconds, window_s, seed)
+    if progress is not None:
+        progress("", len(makers), len(makers))
+    return pd.DataFrame(rows)
+
+
+def _runs(
+    name: str,
+    maker: Callable[[EnvConfig], Controller],
+    config: EnvConfig,
+    setpoints: Sequence[float],
+    start: Start,
+    seconds: float,
+    window_s: float,
+    seed: int,
+) -> Iterator[dict[str, Any]]:
+    controller = maker(config)
+    setting = dataclasses.replace(
+        config, observation=controller.view, action="volts", start=start, episode_seconds=seconds
+    )
+    omega_l, voltage = run_closed_loop(controller, setting, setpoints, seed)
+    for i, setpoint in enumerate(setpoints):
+        judged = measure(
+            omega_l[:, i], voltage[:, i], setpoint, config.control_period, config.voltage_limit,
+            window_s,
+        )  # fmt: skip
+        where = {"controller": name, "view": controller.view, "setpoint": setpoint, "start": start}
+        yield where | dataclasses.asdict(judged)
+
+
+def run_closed_loop(
+    controller: Controller, config: EnvConfig, setpoints: Sequence[float], seed: int
+) -> tuple[FloatArray, FloatArray]:
+    """Run one controller on as many rigs as there are set points, for one episode.
+
+    Returns:
+        True omega_l (rad/s) at the end of each period and the voltage (V) in it, both of
+        shape (steps, rigs).
+    """
+    options = {item.name: getattr(config, item.name) for item in dataclasses.fields(config)}
+    env = DrillStringVectorEnv(len(setpoints), **options)
+    observation, _ = env.reset_each(seed, [{"setpoint": value} for value in setpoints])
+    controller.reset(len(setpoints))
+    steps = config.episode_steps
+    omega_l, voltage = np.zeros((steps, len(setpoints))), np.zeros((steps, len(setpoints)))
+    for k in range(steps):
+        volts = controller.act(observation.astype(np.float64))
+        observation, _, _, _, info = env.step(volts[:, None])
+        omega_l[k], voltage[k] = info["omega_l"], info["voltage"]
+    return omega_l, voltage

@@ -1,0 +1,44 @@
+"""The one interface of classical controllers and agents."""
+
+from __future__ import annotations
+
+from typing import Protocol, runtime_checkable
+
+from drill_env._types import FloatArray
+from drill_env.environment.config import EnvConfig, View
+
+
+@runtime_checkable
+class Controller(Protocol):
+    """Anything that turns observations into voltages, for `n` rigs at once.
+
+    It sees what an agent sees in the same environment and nothing more.
+
+    Attributes:
+        view: the observation it needs, "both" or "surface".
+    """
+
+    view: View
+
+    def reset(self, n: int) -> None:
+        """Forget everything; `n` rigs follow."""
+        ...
+
+    def act(self, observation: FloatArray) -> FloatArray:
+        """Voltages (V) for one control period.
+
+        Args:
+            observation: in physical units, shape (n, d), see `observation_names`.
+
+        Returns:
+            Voltages, shape (n,); the environment clips them to its limit.
+        """
+        ...
+
+
+def observation_names(config: EnvConfig) -> tuple[str, ...]:
+    """Name of every entry of the observation."""
+    measured = ("omega_u",) if config.observation == "surface" else ("twist", "omega_u", "omega_l")
+    frame = (*measured, "voltage")
+    past = [f"{name}[-{k}]" for k in range(1, config.history + 1) for name in frame]
+    return (*measured, "setpoint", "voltage", *past)
