@@ -193,14 +193,15 @@ def solve(
                 modes[which] = rig.rest_mode(which, x, u)
                 kind = REVERSAL if modes[which] else STICK
             log.append((t, which, kind))
-        for later in range(np.searchsorted(t_eval, t), len(t_eval)):
-            states[later] = x
+        states[np.searchsorted(t_eval, t) :] = x
     return Reference(t_eval, states, np.array(log).reshape(-1, 3))
 
 
-def quasi_random(seconds: float = 50.0, hold: float = 0.25, seed: int = 2004) -> tuple[Array, Array]:
+def quasi_random(
+    seconds: float = 50.0, hold: float = 0.25, seed: int = 2004
+) -> tuple[Array, Array]:
     """Seeded voltage in [-5, 5] V, a fifth of it inside the stiction band."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(2004)
     breaks = np.linspace(0.0, seconds, round(seconds / hold) + 1)
     volts = rng.uniform(-5.0, 5.0, len(breaks) - 1)
     volts[rng.random(len(volts)) < 0.2] *= 0.015

@@ -82,6 +82,19 @@ def test_stored_reference_is_reproduced() -> None:
     assert np.abs(again.state - STORED["random_state"][: len(t)]).max() < 1e-11
 
 
+@pytest.mark.parametrize("start", [(3.0, 0.0, 1.0, 0.0), (0.0, 0.0, -8.0, 0.0)])
+def test_clamped_law_that_switches_right_before_a_reversal(
+    start: tuple[float, float, float, float],
+) -> None:
+    """T_l > 0 only below 0.2 rad/s: clamp switch, reversal and switch within one step."""
+    change = {"Tsl": 0.0, "beta1": 100.0, "beta2": 3.0, "Jl": 0.0106, "ktheta": 1.0, "clamp": True}
+    t = np.linspace(0.0, 1.5, 31)
+    truth = solve({**PAPER, **change}, t[[0, -1]], np.array([1.0]), t, initial=start, cap=5e-4)
+    for method in ("dop853", "dopri5"):
+        run = simulate(Rig(**change), 1.0, t[-1], t_eval=t, initial=np.array(start), method=method)
+        assert np.abs(run.state - truth.state).max() < 1e-7
+
+
 @pytest.mark.parametrize("volts", list(CYCLES))
 def test_published_cycles(cycle_runs: dict[float, Trajectory], volts: float) -> None:
     low, high, period = CYCLES[volts]

@@ -16,7 +16,23 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from peers.common import (
-    BETA1, BETA2, BL, BU, DBU, DTSU, JL, JU, KM, KTHETA, T1, T2, TSL, TSU, Peer, ask, serve,
+    BETA1,
+    BETA2,
+    BL,
+    BU,
+    DBU,
+    DTSU,
+    JL,
+    JU,
+    KM,
+    KTHETA,
+    T1,
+    T2,
+    TSL,
+    TSU,
+    Peer,
+    ask,
+    serve,
 )  # fmt: skip
 
 RTOL, ATOL = 1e-9, 1e-11
@@ -49,9 +65,7 @@ def _build(times: list[float]) -> Any:
 
     root = optimistix.Newton(1e-12, 1e-12)
     event = diffrax.Event([upper, lower], root, direction=False)
-    save = diffrax.SaveAt(
-        subs=[diffrax.SubSaveAt(ts=grid), diffrax.SubSaveAt(t1=True)]
-    )
+    save = diffrax.SaveAt(subs=[diffrax.SubSaveAt(ts=grid), diffrax.SubSaveAt(t1=True)])
 
     @jax.jit
     def segment(t0: Any, x: Any, args: Any) -> Any:

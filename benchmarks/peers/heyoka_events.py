@@ -7,8 +7,24 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+
 from peers.common import (
-    BETA1, BETA2, BL, BU, DBU, DTSU, JL, JU, KM, KTHETA, T1, T2, TSL, TSU, NotInstalledError, Peer,
+    BETA1,
+    BETA2,
+    BL,
+    BU,
+    DBU,
+    DTSU,
+    JL,
+    JU,
+    KM,
+    KTHETA,
+    T1,
+    T2,
+    TSL,
+    TSU,
+    NotInstalledError,
+    Peer,
 )  # fmt: skip
 
 # Runtime parameters: upper sign, upper slips, lower sign, lower slips, voltage.

@@ -15,7 +15,23 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from peers.common import (
-    BETA1, BETA2, BL, BU, DBU, DTSU, JL, JU, KM, KTHETA, T1, T2, TSL, TSU, Peer, ask, serve,
+    BETA1,
+    BETA2,
+    BL,
+    BU,
+    DBU,
+    DTSU,
+    JL,
+    JU,
+    KM,
+    KTHETA,
+    T1,
+    T2,
+    TSL,
+    TSU,
+    Peer,
+    ask,
+    serve,
 )  # fmt: skip
 
 STEP = 1e-3

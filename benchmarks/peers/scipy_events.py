@@ -8,10 +8,25 @@ from math import tanh
 from typing import Any
 
 import numpy as np
-from peers.common import (
-    BETA1, BETA2, BL, BU, DBU, DTSU, JL, JU, KM, KTHETA, T1, T2, TSL, TSU, Peer,
-)  # fmt: skip
 from scipy.integrate import solve_ivp
+
+from peers.common import (
+    BETA1,
+    BETA2,
+    BL,
+    BU,
+    DBU,
+    DTSU,
+    JL,
+    JU,
+    KM,
+    KTHETA,
+    T1,
+    T2,
+    TSL,
+    TSU,
+    Peer,
+)  # fmt: skip
 
 
 def _field(su: int, sl: int, volts: float) -> Any:

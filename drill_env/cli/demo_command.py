@@ -1,0 +1,150 @@
+"""The main job from end to end: simulate, compare, identify."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from drill_env.cli._common import JsonOption, messages, print_json
+from drill_env.parameters import Rig
+
+if TYPE_CHECKING:
+    from drill_env.recordings import Recording
+
+_EMPS = ("DATA_EMPS.mat", "DATA_EMPS_PULSES.mat")
+_EMPS_MAP = {"theta_u": "qm:m", "u": "vir"}
+
+
+def demo_command(
+    out: Annotated[Path, typer.Option(help="Folder for tables and pictures.")] = Path("out"),
+    recordings: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the EMPS benchmark (DATA_EMPS.mat), a real recording."),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Run the main job: the rig simulated, controllers compared, a recording identified.
+
+    Without --recordings the recording is simulated too, and the output says so. The real
+    one is the EMPS benchmark of nonlinearbenchmark.org.
+    """
+    from drill_env._files import make_folder
+
+    make_folder(out)
+    console = messages()
+    report = {"simulation": _simulate(out), "comparison": _compare(out)}
+    report["recording"] = _identify(out, recordings)
+    if as_json:
+        print_json(report)
+        return
+    _tell(console, report)
+
+
+def _simulate(out: Path) -> dict[str, Any]:
+    from drill_env._tables import write_table
+    from drill_env.cli.simulate_command import _summary, _table
+    from drill_env.integrator import simulate
+    from drill_env.report.run_picture import save_run_picture
+
+    run = simulate(Rig.paper(), 3.5, 60.0)
+    write_table(_table(run, None), out / "simulation.csv")
+    save_run_picture(run, out / "simulation.png")
+    return {"volts": 3.5, **_summary(run, out / "simulation.csv"), "picture": out / "simulation.png"}
+
+
+def _compare(out: Path) -> list[dict[str, Any]]:
+    from drill_env import baselines
+    from drill_env.benchmark import compare
+    from drill_env.cli.compare_command import write_comparison
+    from drill_env.environment.config import EnvConfig
+    from drill_env.report.compare_table import vibration_free
+
+    config = EnvConfig()
+    runs = compare(baselines.CONTROLLERS, config)
+    write_comparison(runs, config, out / "compare")
+    runs = runs.assign(free=vibration_free(runs))
+    return [
+        {
+            "controller": name,
+            "start": start,
+            "vibration_free": int(group.free.sum()),
+            "setpoints": len(group),
+            "median_severity_index": float(group.severity_index.median()),
+        }
+        for (name, start), group in runs.groupby(["controller", "start"], sort=False)
+    ]
+
+
+def _identify(out: Path, folder: Path | None) -> dict[str, Any]:
+    from drill_env.identification.one_inertia import identify_one_inertia
+    from drill_env.identification.replay import replay
+    from drill_env.parameters import save_rig
+    from drill_env.report.replay_picture import save_replay_picture
+
+    fit, held, gain = _recordings(out, folder)
+    result = identify_one_inertia([fit], gain, holdout=held)
+    save_rig(result.rig, out / "identified-rig.toml")
+    save_replay_picture(replay(fit, result.rig), out / "recording.png")
+    return {
+        "real": folder is not None,
+        **result.as_dict(),
+        "rig_file": out / "identified-rig.toml",
+        "picture": out / "recording.png",
+    }
+
+
+def _recordings(out: Path, folder: Path | None) -> tuple[Recording, list[Recording], float]:
+    from drill_env.recordings import read_recording
+
+    if folder is not None:
+        real = [read_recording(folder / name, _EMPS_MAP, need=("u", "theta_u")) for name in _EMPS]
+        return real[0], real[1:], real[0].constant("gtau")
+    paper = Rig.paper()
+    made = [_stage_one(out / f"stage-1-{seed}.csv", paper, seed) for seed in (1, 2)]
+    return made[0], made[1:], paper.km
+
+
+def _stage_one(path: Path, paper: Rig, seed: int) -> Recording:
+    """A simulated recording of the upper disc alone, through an encoder."""
+    import numpy as np
+
+    from drill_env._tables import write_table
+    from drill_env.cli.simulate_command import _table
+    from drill_env.integrator import sampled_voltage, simulate
+    from drill_env.recordings import read_recording
+
+    upper = Rig.one_inertia(
+        km=paper.km, Ju=paper.Ju, Tsu=paper.Tsu, dTsu=paper.dTsu, bu=paper.bu, dbu=paper.dbu
+    )
+    levels = np.random.default_rng(seed).uniform(-5.0, 5.0, 100)
+    drive = sampled_voltage(0.5 * np.arange(101.0), levels)
+    run = simulate(upper, drive, 50.0, rate=1000.0)
+    write_table(_table(run, 65536)[["t", "u", "theta_u"]], path)
+    return read_recording(path, need=("u", "theta_u"))
+
+
+def _tell(console: Any, report: dict[str, Any]) -> None:
+    run, found = report["simulation"], report["recording"]
+    console.print(
+        f"[bold]1. Simulation[/bold] at {run['volts']} V, {run['seconds']:g} s: omega_l between "
+        f"{run['omega_l_min']:.3f} and {run['omega_l_max']:.3f} rad/s, {run['reversals']} "
+        f"reversals -> {run['out']}, {run['picture']}"
+    )
+    console.print("[bold]2. Controllers[/bold], set points free of vibration:")
+    for row in report["comparison"]:
+        console.print(
+            f"   {row['controller']:<15} from {row['start']:<12} "
+            f"{row['vibration_free']:>2} of {row['setpoints']}  (median severity index "
+            f"{row['median_severity_index']:.3f})"
+        )
+    kind = "real (EMPS)" if found["real"] else "SIMULATED: give --recordings for a real one"
+    console.print(f"[bold]3. Recording[/bold], {kind}; one inertia identified:")
+    for name, value in found["estimates"].items():
+        console.print(f"   {name:<12} {value:.6g}")
+    for label in ("fit_errors", "holdout_errors"):
+        for source, share in found[label].items():
+            name = "fitted" if label == "fit_errors" else "held out"
+            console.print(f"   left-over force error, {name} {Path(source).name}: {share:.2%}")
+    console.print(f"   -> {found['rig_file']}, {found['picture']}")

@@ -1,0 +1,67 @@
+"""The command line: every command, and the exit status of each outcome."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from drill_env import __version__
+from drill_env._errors import InputError
+from drill_env.cli import recording_commands
+from drill_env.cli.compare_command import compare_command
+from drill_env.cli.demo_command import demo_command
+from drill_env.cli.rig_commands import rig_app
+from drill_env.cli.simulate_command import simulate_command
+
+app = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    help=(
+        "Torsional vibration of rotary drilling on the experimental drill-string rig.\n\n"
+        "Start with [bold]drill-env demo[/bold]. Every command has --help; results as JSON with "
+        "--json. Exit status: 0 done, 2 bad input, 1 a fault of ours."
+    ),
+)
+app.command("demo")(demo_command)
+app.add_typer(rig_app, name="rig")
+app.command("simulate")(simulate_command)
+recording_commands.register(app)
+app.command("compare")(compare_command)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"drill-env {__version__}")
+        raise typer.Exit()
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Version.")
+    ] = False,
+) -> None:
+    """Options of the whole program."""
+
+
+def run() -> None:
+    """Entry point: bad input is one line on stderr and exit status 2."""
+    try:
+        app()
+    except InputError as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        sys.exit(130)
+    except BrokenPipeError:
+        # The reader has had enough (`| head`): not an error, and nothing left to flush.
+        sys.stderr.close()
+        sys.exit(0)
+
+
+if __name__ == "__main__":
+    run()

@@ -1,0 +1,149 @@
+"""The command that simulates the rig."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from drill_env._errors import InputError
+from drill_env.cli._common import JsonOption, RigOption, messages, numbers, print_json, rig_from
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from drill_env.integrator import Trajectory
+    from drill_env.parameters import Rig
+
+
+def simulate_command(
+    out: Annotated[Path, typer.Option(help="Table to write: .csv, .csv.gz or .parquet.")],
+    volts: Annotated[float | None, typer.Option(help="Constant voltage, V.")] = None,
+    seconds: Annotated[float | None, typer.Option(help="Duration, s.")] = None,
+    input_: Annotated[
+        Path | None, typer.Option("--input", help="Recording whose voltage is played.")
+    ] = None,
+    rig: RigOption = None,
+    rate: Annotated[
+        float | None,
+        typer.Option(help="Samples per second; 200, or the times of --input.", show_default=False),
+    ] = None,
+    initial: Annotated[
+        str | None,
+        typer.Option(help="Start: twist,omega_u,omega_l in rad and rad/s; rest by default."),
+    ] = None,
+    encoder: Annotated[
+        bool, typer.Option("--encoder", help="Write encoder angles and filtered velocities.")
+    ] = False,
+    counts: Annotated[int, typer.Option(help="Encoder counts per revolution.")] = 8192,
+    as_json: JsonOption = False,
+) -> None:
+    """Simulate the rig under a constant or recorded voltage, exactly.
+
+    Writes t,u,theta_u,theta_l,omega_u,omega_l: row i holds the state at t and the voltage
+    held from there on. Angles and velocities are exact unless --encoder is given.
+
+    Example: drill-env simulate --volts 3.5 --seconds 60 --out run.csv
+    """
+    from drill_env._tables import check_table_name, write_table
+
+    check_table_name(out)
+    plant = rig_from(rig)
+    trajectory = _run(plant, volts, seconds, input_, rate, initial)
+    table = _table(trajectory, counts if encoder else None)
+    write_table(table, out)
+    summary = _summary(trajectory, out)
+    if as_json:
+        print_json(summary)
+        return
+    console = messages()
+    console.print(
+        f"{summary['samples']} samples over {summary['seconds']:g} s written to {out}; "
+        f"omega_l from {summary['omega_l_min']:.4f} to {summary['omega_l_max']:.4f} rad/s; "
+        f"sticks {summary['sticks']}, break-aways {summary['break_aways']}, "
+        f"reversals {summary['reversals']}"
+    )
+
+
+def _run(
+    rig: Rig,
+    volts: float | None,
+    seconds: float | None,
+    source: Path | None,
+    rate: float | None,
+    initial: str | None,
+) -> Trajectory:
+    import numpy as np
+
+    from drill_env.integrator import sampled_voltage, simulate
+    from drill_env.recordings import read_recording
+
+    start = None
+    if initial is not None:
+        values = numbers(initial, "--initial")
+        if len(values) not in (3, 4):
+            raise InputError(f"--initial has {len(values)} numbers: give twist,omega_u,omega_l")
+        start = np.append(values, 0.0)[:4]
+    if (volts is None) == (source is None):
+        raise InputError("give either --volts with --seconds, or --input REC.csv")
+    if source is None:
+        if seconds is None:
+            raise InputError("--volts needs --seconds: how long to simulate")
+        assert volts is not None
+        return simulate(rig, volts, seconds, rate=rate, initial=start)
+    recording = read_recording(source, need=("u",))
+    assert recording.u is not None
+    drive = sampled_voltage(recording.t, recording.u)
+    begin, last = float(recording.t[0]), float(recording.t[-1])
+    length = last - begin if seconds is None else seconds
+    times = recording.t[recording.t <= begin + length] if rate is None else None
+    return simulate(
+        rig, drive, length, t_start=begin, t_eval=times, rate=rate, initial=start
+    )  # fmt: skip
+
+
+def _table(trajectory: Trajectory, counts: int | None) -> pd.DataFrame:
+    import numpy as np
+    import pandas as pd
+
+    from drill_env.sensors import Encoder, filter_velocity, read_encoder
+
+    theta_u, theta_l = trajectory.theta_u, trajectory.theta_l
+    omega_u, omega_l = trajectory.omega_u, trajectory.omega_l
+    if counts is not None:
+        if len(trajectory.t) < 2:
+            raise InputError("--encoder needs two samples or more: lengthen the run")
+        rate = 1.0 / float(np.diff(trajectory.t).mean())
+        device = Encoder(counts_per_rev=counts, rate_hz=rate, cutoff_hz=min(5.0, 0.4 * rate))
+        speeds = trajectory.omega_u[0], trajectory.omega_l[0]
+        theta_u, theta_l = read_encoder(theta_u, device), read_encoder(theta_l, device)
+        omega_u = filter_velocity(theta_u, device, speeds[0])
+        omega_l = filter_velocity(theta_l, device, speeds[1])
+    return pd.DataFrame(
+        {
+            "t": trajectory.t,
+            "u": trajectory.u,
+            "theta_u": theta_u,
+            "theta_l": theta_l,
+            "omega_u": omega_u,
+            "omega_l": omega_l,
+        }
+    )
+
+
+def _summary(trajectory: Trajectory, out: Path) -> dict[str, Any]:
+    from drill_env.integrator import Disc, Kind
+
+    lower = trajectory.events.where(Disc.LOWER)
+    return {
+        "out": out,
+        "seconds": float(trajectory.t[-1] - trajectory.t[0]),
+        "samples": len(trajectory.t),
+        "omega_l_min": float(trajectory.omega_l.min()),
+        "omega_l_max": float(trajectory.omega_l.max()),
+        "sticks": int((lower.kind == Kind.STICK).sum()),
+        "break_aways": int((lower.kind == Kind.SLIP).sum()),
+        "reversals": int((lower.kind == Kind.REVERSAL).sum()),
+        "steps": trajectory.steps,
+    }
