@@ -4,6 +4,8 @@
 PYTHON ?= python3
 JOBS ?= 2
 OUT ?= out
+# The EMPS benchmark, if it lies beside the checkout; the demo then identifies a real axis.
+EMPS ?= ../shared/recordings/emps
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -38,7 +40,7 @@ help:
 	@echo "make clean   remove everything that can be made again, .venv included"
 
 demo: $(READY)
-	$(BIN)/drill-env demo --out $(OUT)
+	$(BIN)/drill-env demo --out $(OUT) $(addprefix --recordings ,$(wildcard $(EMPS)))
 
 # pytest comes last: its summary closes the output.
 test: lint type docs tests

@@ -90,4 +90,6 @@ def load(folder: PathLike) -> Agent:
 
 def describe(args: Any) -> dict[str, Any]:
     """A dataclass of arguments as plain values."""
-    return {key: str(v) if isinstance(v, Path) else v for key, v in dataclasses.asdict(args).items()}
+    return {
+        key: str(v) if isinstance(v, Path) else v for key, v in dataclasses.asdict(args).items()
+    }

@@ -3,16 +3,19 @@
 Importing it registers ``DrillString-v0`` and ``DrillStringSurface-v0`` with Gymnasium.
 """
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from drill_env import _siblings
 from drill_env._errors import InputError
 from drill_env.environment._register import register_ids
 from drill_env.parameters import Rig, load_rig, save_rig
 
+if TYPE_CHECKING:
+    from drill_env.integrator import simulate
+
 __version__ = "0.1.0"
 
-__all__ = ["InputError", "Rig", "Trajectory", "__version__", "load_rig", "save_rig", "simulate"]
+__all__ = ["InputError", "Rig", "__version__", "load_rig", "save_rig", "simulate"]
 
 _siblings.install()
 register_ids()
@@ -20,8 +23,8 @@ register_ids()
 
 def __getattr__(name: str) -> Any:
     # The integrator pulls in numba; whoever only wants the ids should not wait for it.
-    if name in ("simulate", "Trajectory"):
-        from drill_env import integrator
+    if name == "simulate":
+        from drill_env.integrator import simulate
 
-        return getattr(integrator, name)
+        return simulate
     raise AttributeError(f"module 'drill_env' has no attribute {name!r}")

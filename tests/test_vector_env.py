@@ -72,9 +72,7 @@ def test_adapter_is_bit_identical_to_sb3_dummy_vec_env() -> None:
 
 
 def test_disabled_autoreset_resets_by_mask() -> None:
-    env = gym.make_vec(
-        "DrillString-v0", num_envs=2, autoreset_mode="Disabled", episode_seconds=0.1
-    )
+    env = gym.make_vec("DrillString-v0", num_envs=2, autoreset_mode="Disabled", episode_seconds=0.1)
     env.reset(seed=0)
     zero = np.zeros((2, 1), dtype=np.float32)
     env.step(zero)

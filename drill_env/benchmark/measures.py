@@ -24,7 +24,7 @@ class Measures:
         bias: (mean - set point) / set point.
         settling_s: time after which omega_l stays within 5 % of the set point, whole run; NaN
             if it still leaves that band in the judged end.
-        below_share: share of time with \\|omega_l\\| < 0.1 rad/s.
+        below_share: share of time with abs(omega_l) < 0.1 rad/s.
         reversal_share: share of time with omega_l < 0.
         rms_voltage: V.
         rms_voltage_rate: V/s.

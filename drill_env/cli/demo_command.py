@@ -11,10 +11,10 @@ from drill_env.cli._common import JsonOption, messages, print_json
 from drill_env.parameters import Rig
 
 if TYPE_CHECKING:
-    from drill_env.recordings import Recording
+    from drill_env.recordings import Channel, Recording
 
 _EMPS = ("DATA_EMPS.mat", "DATA_EMPS_PULSES.mat")
-_EMPS_MAP = {"theta_u": "qm:m", "u": "vir"}
+_EMPS_MAP: dict[Channel, str] = {"theta_u": "qm:m", "u": "vir"}
 
 
 def demo_command(
@@ -51,7 +51,11 @@ def _simulate(out: Path) -> dict[str, Any]:
     run = simulate(Rig.paper(), 3.5, 60.0)
     write_table(_table(run, None), out / "simulation.csv")
     save_run_picture(run, out / "simulation.png")
-    return {"volts": 3.5, **_summary(run, out / "simulation.csv"), "picture": out / "simulation.png"}
+    return {
+        "volts": 3.5,
+        **_summary(run, out / "simulation.csv"),
+        "picture": out / "simulation.png",
+    }
 
 
 def _compare(out: Path) -> list[dict[str, Any]]:

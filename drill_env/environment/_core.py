@@ -98,11 +98,11 @@ class EnvCore:
         out["bounds"][0, : c.n_measured] = self.high[: c.n_measured]
         return out
 
-    def observation_space(self) -> spaces.Box:
+    def observation_space(self) -> Any:
         """Space of one environment's observation."""
         return spaces.Box(self.low, self.high, dtype=np.float32)
 
-    def action_space(self) -> spaces.Box:
+    def action_space(self) -> Any:
         """Space of one environment's action."""
         limit = 1.0 if self.config.action == "normalized" else self.config.voltage_limit
         return spaces.Box(-limit, limit, (1,), dtype=np.float32)
@@ -200,14 +200,18 @@ class EnvCore:
         self.row[i]["setpoint"] = setpoint
         return float(setpoint)
 
-    def _set_friction_step(self, row: Any, uniforms: FloatArray, options: Mapping[str, Any]) -> None:
+    def _set_friction_step(
+        self, row: Any, uniforms: FloatArray, options: Mapping[str, Any]
+    ) -> None:
         span = options.get("friction_step", self.config.friction_step)
         row["friction_step"] = _NEVER
         if span is None:
             return
         (early, late), (low, high) = span
         if not (0 <= early <= late and 0 <= low <= high):
-            raise InputError(f"friction_step is {span}: give ((early, late), (low, high)) ascending")
+            raise InputError(
+                f"friction_step is {span}: give ((early, late), (low, high)) ascending"
+            )
         time = early + (late - early) * uniforms[0]
         row["friction_step"] = round(time / self.config.control_period)
         row["friction_factor"] = low + (high - low) * uniforms[1]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -48,7 +48,10 @@ class DrillStringEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         InputError: an option is unknown or out of range.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["human", "rgb_array"], "render_fps": 20}
+    metadata = {  # pyright: ignore
+        "render_modes": ["human", "rgb_array"],
+        "render_fps": 20,
+    }
 
     def __init__(self, render_mode: str | None = None, **options: Any) -> None:
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:

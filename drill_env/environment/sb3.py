@@ -30,16 +30,12 @@ class DrillStringVecEnv(VecEnv):
         if "autoreset_mode" in options:
             raise InputError("autoreset_mode is fixed to SAME_STEP by stable-baselines3")
         options.setdefault("truth", False)
-        self.env = DrillStringVectorEnv(
-            num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **options
-        )
+        self.env = DrillStringVectorEnv(num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **options)
         self.render_mode = None
         self._actions = np.zeros((num_envs, 1), dtype=np.float32)
         self._returns = np.zeros(num_envs)
         self._lengths = np.zeros(num_envs, dtype=np.int64)
-        super().__init__(
-            num_envs, self.env.single_observation_space, self.env.single_action_space
-        )
+        super().__init__(num_envs, self.env.single_observation_space, self.env.single_action_space)
 
     def reset(self) -> NDArray[np.float32]:
         """Start an episode in every environment, with the seeds set before."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from gymnasium.utils import seeding
@@ -17,7 +17,7 @@ from drill_env.environment._info import all_info, masked
 from drill_env.environment.config import EnvConfig
 
 
-class DrillStringVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Any]):
+class DrillStringVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], Any]):
     """`num_envs` independent `DrillStringEnv`, bit-identical to them for the same seeds.
 
     Args:
@@ -31,7 +31,7 @@ class DrillStringVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], A
         InputError: an option is unknown or out of range.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {
+    metadata = {  # pyright: ignore
         "render_modes": [],
         "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
@@ -101,16 +101,16 @@ class DrillStringVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], A
             raise InputError(f"seed has {len(seeds)} entries: give {self.num_envs}")
         if not self._rngs:
             self._rngs = [seeding.np_random(None)[0] for _ in range(self.num_envs)]
-        for i in np.flatnonzero(mask):
+        for i in np.flatnonzero(mask).tolist():
             given = None if seeds is None else seeds[i]
             if given is not None:
                 self._rngs[i] = seeding.np_random(given)[0]
-            self._core.reset(int(i), self._rngs[i], options[i])
+            self._core.reset(i, self._rngs[i], options[i])
         self._done &= ~mask
         return self._core.rows.observation.copy(), self._info(mask)
 
     def step(
-        self, actions: NDArray[np.float32]
+        self, actions: NDArray[Any]
     ) -> tuple[
         NDArray[np.float32],
         NDArray[np.float64],
@@ -145,8 +145,8 @@ class DrillStringVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], A
         return core.rows.observation.copy(), reward, terminated, truncated, info
 
     def _restart(self, mask: NDArray[np.bool_]) -> None:
-        for i in np.flatnonzero(mask):
-            self._core.reset(int(i), self._rngs[i], None)
+        for i in np.flatnonzero(mask).tolist():
+            self._core.reset(i, self._rngs[i], None)
 
     def _final(self, mask: NDArray[np.bool_]) -> dict[str, Any]:
         final = np.full(self.num_envs, None, dtype=object)

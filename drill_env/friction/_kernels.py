@@ -81,3 +81,17 @@ def lower_gradient(p, speed, out):
 def upper_sliding(p, sign, omega):
     """Signed upper friction torque T_fu (Nm) while slipping in direction `sign`, (5)."""
     return sign * p.Tsu + p.dTsu + (p.bu + sign * p.dbu) * omega
+
+
+@kernel
+def map_lower(p, speeds, slope, out):
+    """T_l, or its slope, at many speeds."""
+    for i in range(speeds.size):
+        out[i] = lower_slope(p, speeds[i]) if slope else lower_sliding(p, speeds[i])
+
+
+@kernel
+def map_upper(p, omegas, out):
+    """T_fu at many velocities."""
+    for i in range(omegas.size):
+        out[i] = upper_sliding(p, 1.0 if omegas[i] > 0.0 else -1.0, omegas[i])

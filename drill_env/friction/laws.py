@@ -7,32 +7,19 @@ import functools
 import numpy as np
 from scipy.optimize import brentq
 
-from drill_env._jit import kernel
 from drill_env._types import FloatArray
-from drill_env.friction._kernels import lower_sliding, lower_slope, upper_sliding
+from drill_env.friction._kernels import map_lower, map_upper
 from drill_env.parameters import Rig
-
-
-@kernel
-def _map_lower(p, speeds, slope, out):
-    for i in range(speeds.size):
-        out[i] = lower_slope(p, speeds[i]) if slope else lower_sliding(p, speeds[i])
-
-
-@kernel
-def _map_upper(p, omegas, out):
-    for i in range(omegas.size):
-        out[i] = upper_sliding(p, 1.0 if omegas[i] > 0.0 else -1.0, omegas[i])
 
 
 def _lower(rig: Rig, speed: FloatArray, slope: bool) -> FloatArray:
     out = np.empty(speed.size)
-    _map_lower(rig.record()[0], np.ascontiguousarray(speed).ravel(), slope, out)
+    map_lower(rig.record()[0], np.ascontiguousarray(speed).ravel(), slope, out)
     return out.reshape(speed.shape)
 
 
 def lower_curve(rig: Rig, omega: FloatArray | float) -> FloatArray:
-    """T_l(omega) of equation (7) or its alternatives (Nm), a function of \\|omega\\|.
+    """T_l(omega) of equation (7) or its alternatives (Nm), a function of abs(omega).
 
     Args:
         rig: parameters.
@@ -43,7 +30,7 @@ def lower_curve(rig: Rig, omega: FloatArray | float) -> FloatArray:
 
 
 def lower_curve_slope(rig: Rig, omega: FloatArray | float) -> FloatArray:
-    """d_l = dT_l/d\\|omega\\| (Nm s/rad), equation (13)."""
+    """d_l = dT_l/dabs(omega) (Nm s/rad), equation (13)."""
     speed = np.abs(np.asarray(omega, dtype=float))
     slope = _lower(rig, speed, slope=True)
     if rig.clamp:
@@ -63,7 +50,7 @@ def upper_torque_set(rig: Rig, omega: FloatArray | float) -> tuple[FloatArray, F
     """Lower and upper end of the set T_fu(omega) (Nm), equations (2) and (5)."""
     omega = np.asarray(omega, dtype=float)
     torque = np.empty(omega.size)
-    _map_upper(rig.record()[0], np.ascontiguousarray(omega).ravel(), torque)
+    map_upper(rig.record()[0], np.ascontiguousarray(omega).ravel(), torque)
     torque = torque.reshape(omega.shape)
     rest = omega == 0.0
     return (

@@ -20,9 +20,7 @@ def stage_event(which, p, run, work, stage, t):
     ys, k, mode = work.ys, work.k, run.mode
     if which == UPPER:
         u, du = voltage_at(work, t), voltage_slope(work, t)
-        return upper_event(
-            p, mode[0], ys[stage, 0], ys[stage, 1], ys[stage, 2], k[stage, 1], u, du
-        )
+        return upper_event(p, mode[0], ys[stage, 0], ys[stage, 1], ys[stage, 2], k[stage, 1], u, du)
     if which == LOWER:
         return lower_event(p, mode[1], ys[stage, 0], ys[stage, 1], ys[stage, 2], k[stage, 2])
     return clamp_event(p, mode[1], mode[2], ys[stage, 2], k[stage, 2])

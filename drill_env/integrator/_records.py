@@ -55,9 +55,7 @@ WORK = np.dtype(
 )
 """Options and working arrays of one thread."""
 
-EVENT = np.dtype(
-    [("t", "f8"), ("disc", "i8"), ("kind", "i8"), ("y", "f8", (N_STATE,))], align=True
-)
+EVENT = np.dtype([("t", "f8"), ("disc", "i8"), ("kind", "i8"), ("y", "f8", (N_STATE,))], align=True)
 """One logged event."""
 
 TABLEAU = np.dtype(

@@ -81,9 +81,7 @@ def simulate(
         start_mode(p[0], run[0], float(drive(t_start)))
     else:
         run["mode"] = modes
-    work = new_work(
-        rtol, atol, rig.natural_period / 12.0, extrema=extrema, sensitivity=sensitivity
-    )
+    work = new_work(rtol, atol, rig.natural_period / 12.0, extrema=extrema, sensitivity=sensitivity)
     return _integrate(p, run, work, TABLEAUX[method], drive, times, rig)
 
 

@@ -82,7 +82,7 @@ class Trajectory:
         sensitivity: d state / d (initial state, parameters), shape (n, 4, 18), or empty.
         final_state: state at the end, shape (4,).
         final_modes: (upper, lower, clamped) at the end, shape (3,).
-        max_speed: largest \\|omega_l\\| at any step, rad/s.
+        max_speed: largest abs(omega_l) at any step, rad/s.
         steps: accepted and rejected steps.
     """
 

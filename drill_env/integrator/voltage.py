@@ -33,7 +33,8 @@ class Voltage:
         t = np.asarray(t, dtype=float)
         i = np.clip(np.searchsorted(self.breaks, t, side="right") - 1, 0, len(self.pieces) - 1)
         share = (t - self.breaks[i]) / (self.breaks[i + 1] - self.breaks[i])
-        return polynomial.polyval(share, self.pieces[i].T, tensor=False)
+        value = polynomial.polyval(share, self.pieces[i].T, tensor=False)
+        return np.asarray(value, dtype=np.float64)
 
 
 def constant_voltage(volts: float, t_start: float, t_end: float) -> Voltage:
@@ -83,7 +84,9 @@ def function_voltage(function: VoltageFunction, t_start: float, t_end: float) ->
     def values(times: FloatArray) -> FloatArray:
         found = np.array([function(float(time)) for time in times], dtype=float)
         if found.shape != times.shape or not np.isfinite(found).all():
-            raise InputError(f"voltage function is not a finite number on [{times[0]}, {times[-1]}]")
+            raise InputError(
+                f"voltage function is not a finite number on [{times[0]}, {times[-1]}]"
+            )
         return found
 
     nodes = 0.5 * (1.0 + np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1)))[::-1]
@@ -102,7 +105,7 @@ def function_voltage(function: VoltageFunction, t_start: float, t_end: float) ->
             pending += [(middle, b), (a, middle)]
             continue
         breaks.append(b)
-        pieces.append(_to_share(series))
+        pieces.append(_to_share(np.asarray(series, dtype=np.float64)))
     return Voltage(np.array(breaks), np.array(pieces))
 
 

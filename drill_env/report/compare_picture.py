@@ -40,7 +40,6 @@ def compare_figure(runs: pd.DataFrame, rig: Rig, limit: float) -> Figure:
     starts = list(dict.fromkeys(runs.start))
     names = list(dict.fromkeys(runs.controller))
     points = np.sort(runs.setpoint.unique())
-    gap = float(np.diff(points).min()) if len(points) > 1 else 1.0
     figure = Figure(figsize=(11.0, 4.6), layout="constrained")
     FigureCanvasAgg(figure)
     panels = figure.subplots(1, len(starts), sharey=True, squeeze=False)[0]
@@ -48,7 +47,7 @@ def compare_figure(runs: pd.DataFrame, rig: Rig, limit: float) -> Figure:
         _diagram(axes, rig, limit, float(points.max()) * 1.06)
         for i, name in enumerate(names):
             group = runs[(runs.start == start) & (runs.controller == name)]
-            shift = (i - 0.5 * (len(names) - 1)) * min(0.09, 0.6 * gap / len(names))
+            shift = (i - 0.5 * (len(names) - 1)) * 0.012 * float(points.max())
             colour = _COLOURS[i % len(_COLOURS)]
             x = group.setpoint + shift
             axes.vlines(x, group["min"], group["max"], color=colour, lw=2.2, label=name)

@@ -26,7 +26,7 @@ def run_figure(run: Trajectory) -> Figure:
         transform=speed.get_xaxis_transform(), label="stuck",
     )  # fmt: skip
     speed.set_ylabel("speed [rad/s]")
-    speed.legend(frameon=False, ncols=4, loc="upper right", fontsize=9)
+    speed.legend(frameon=False, ncols=4, loc="lower right", bbox_to_anchor=(1.0, 1.0), fontsize=9)
     twist.plot(run.t, run.twist, color="0.25", lw=1.0)
     twist.set_ylabel("twist [rad]")
     volts.step(run.t, run.u, where="post", color="0.25", lw=1.0)

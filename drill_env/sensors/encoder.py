@@ -100,7 +100,7 @@ def read_encoder(
         moves = np.diff(counts, prepend=counts[:1])
         lost = rng.binomial(np.abs(moves).astype(np.int64), encoder.missed_per_count)
         counts = counts - np.cumsum(np.sign(moves) * lost)
-    return counts * quantum
+    return np.asarray(counts * quantum, dtype=np.float64)
 
 
 def filter_velocity(
