@@ -1,7 +1,8 @@
 """Compiled equations of motion (4) with one vector field per slip/stick mode.
 
 State: twist = theta_u - theta_l (rad), omega_u, omega_l (rad/s), theta_l (rad).
-Mode: (upper, lower) slip directions -1, 0 (stuck), 1, and the clamp flag of the lower law.
+Mode: (upper, lower) slip directions -1, 0 (stuck), 1, and the speed range of the lower law
+(1 where it is clamped to zero).
 """
 
 from drill_env._jit import kernel
@@ -38,7 +39,7 @@ def lower_rate(p, lower, clamped, twist, omega_l):
     """Lower-disc acceleration (rad/s^2) in slip direction `lower`, 0 when stuck."""
     if lower == 0:
         return 0.0
-    torque = 0.0 if clamped else lower_sliding(p, lower * omega_l)
+    torque = 0.0 if clamped == 1 else lower_sliding(p, lower * omega_l)
     return (p.ktheta * twist - lower * torque) * p.per_Jl
 
 
@@ -78,12 +79,19 @@ def lower_event(p, lower, twist, omega_u, omega_l, acceleration):
 
 @kernel
 def clamp_event(p, lower, clamped, omega_l, acceleration):
-    """Event function of the clamped law: where T_l itself changes sign."""
+    """Event function of the clamped law: where the speed leaves its present range.
+
+    The range is 0 below the clamped speeds, 1 among them and 2 above.
+    """
     if not p.clamp or lower == 0:
         return 1.0, 0.0
-    sign = -1.0 if clamped else 1.0
-    speed = lower * omega_l
-    return sign * lower_sliding(p, speed), sign * lower_slope(p, speed) * lower * acceleration
+    speed, rate = lower * omega_l, lower * acceleration
+    if clamped == 0:
+        return p.clamp_low - speed, -rate
+    if clamped == 2 or speed - p.clamp_low < p.clamp_high - speed:
+        edge = p.clamp_high if clamped == 2 else p.clamp_low
+        return speed - edge, rate
+    return p.clamp_high - speed, -rate
 
 
 @kernel
@@ -95,7 +103,7 @@ def fill_jacobian(p, upper, lower, clamped, omega_l, jac):
         jac[1] = -(p.bu + upper * p.dbu) * p.per_Ju
     if lower != 0:
         jac[2] = p.ktheta * p.per_Jl
-        if not clamped:
+        if clamped != 1:
             jac[3] = -lower_slope(p, lower * omega_l) * p.per_Jl
 
 
@@ -114,7 +122,7 @@ def fill_parameter_rates(p, upper, lower, clamped, twist, omega_u, omega_l, u, o
         out_u[BU] = -omega_u * p.per_Ju
         out_u[DBU] = -upper * omega_u * p.per_Ju
     if lower != 0:
-        if not clamped:
+        if clamped != 1:
             lower_gradient(p, lower * omega_l, out_l)
             for i in range(TSL, N_PARAMETERS):
                 out_l[i] *= -lower * p.per_Jl

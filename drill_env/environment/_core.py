@@ -29,6 +29,8 @@ from drill_env.environment.config import (
     Start,
     check_setpoint,
 )
+from drill_env.friction import kernel_record
+from drill_env.friction._kernels import fill_clamp
 from drill_env.integrator._tableau import TABLEAUX
 from drill_env.parameters import Rig, uncertainty
 from drill_env.parameters.uncertainty import perturb_record
@@ -50,7 +52,7 @@ class EnvCore:
     def __init__(self, config: EnvConfig, n: int) -> None:
         self.config = config
         self.n = n
-        self.nominal = config.rig.record()
+        self.nominal = kernel_record(config.rig)
         self.spread = uncertainty(config.uncertainty)
         self.low, self.high = self._bounds()
         slots = max(1, len(config.schedule))
@@ -169,8 +171,10 @@ class EnvCore:
         if rig is None:
             row["p"] = self.nominal[0]
             perturb_record(row["p"], factors)
+            if self.config.rig.clamp:
+                fill_clamp(row["p"])
         elif isinstance(rig, Rig):
-            row["p"] = rig.record()[0]
+            row["p"] = kernel_record(rig)[0]
         else:
             raise InputError("reset option rig must be a drill_env.Rig")
         delay = float(options.get("delay_s", self.config.encoder.delay_s + factors[7]))

@@ -1,6 +1,7 @@
 """Set-valued friction of both discs."""
 
 from drill_env.friction.laws import (
+    kernel_record,
     lower_curve,
     lower_curve_slope,
     lower_torque_set,
@@ -9,6 +10,7 @@ from drill_env.friction.laws import (
 )
 
 __all__ = [
+    "kernel_record",
     "lower_curve",
     "lower_curve_slope",
     "lower_torque_set",

@@ -5,7 +5,7 @@ continue smoothly to small negative values so that an integrator step may reach 
 zero before the event is located.
 """
 
-from math import exp
+from math import exp, inf
 
 from drill_env._jit import kernel
 from drill_env.parameters._record import BETA1, BETA2, BL, HUMPED, STRIBECK, T1, T2, TSL
@@ -75,6 +75,33 @@ def lower_gradient(p, speed, out):
         e = exp(-p.beta1 * speed)
         out[T1] = 1.0 - e
         out[BETA1] = p.T1 * speed * e
+
+
+@kernel
+def torque_root(p, positive, negative):
+    """Speed between `positive` and `negative` where T_l changes sign (bisection)."""
+    for _ in range(60):
+        middle = 0.5 * (positive + negative)
+        if lower_sliding(p, middle) >= 0.0:
+            positive = middle
+        else:
+            negative = middle
+    return positive
+
+
+@kernel
+def fill_clamp(p):
+    """Speeds between which T_l is negative, infinite where it never is up to 400 rad/s."""
+    p.clamp_low = p.clamp_high = inf
+    step = 0.02
+    for i in range(1, 20_001):
+        speed = i * step
+        negative = lower_sliding(p, speed) < 0.0
+        if negative and p.clamp_low == inf:
+            p.clamp_low = torque_root(p, speed - step, speed)
+        elif p.clamp_low < inf and not negative:
+            p.clamp_high = torque_root(p, speed, speed - step)
+            return
 
 
 @kernel

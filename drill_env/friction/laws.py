@@ -5,10 +5,9 @@ from __future__ import annotations
 import functools
 
 import numpy as np
-from scipy.optimize import brentq
 
 from drill_env._types import FloatArray
-from drill_env.friction._kernels import map_lower, map_upper
+from drill_env.friction._kernels import fill_clamp, map_lower, map_upper
 from drill_env.parameters import Rig
 
 
@@ -59,22 +58,20 @@ def upper_torque_set(rig: Rig, omega: FloatArray | float) -> tuple[FloatArray, F
     )
 
 
+def kernel_record(rig: Rig) -> np.ndarray:
+    """The parameters as the integrator reads them, shape (1,), the clamped speeds filled in."""
+    p = rig.record()
+    if rig.clamp:
+        fill_clamp(p[0])
+    return p
+
+
 @functools.lru_cache(maxsize=256)
 def _negative_range(rig: Rig) -> tuple[float, float] | None:
-    bare = rig.replace(clamp=False)
-    grid = np.linspace(0.0, 400.0, 40_001)
-    torque = lower_curve(bare, grid)
-    below = np.flatnonzero(torque < 0.0)
-    if len(below) == 0:
-        return None
-    first, last = below[0], below[-1]
-
-    def value(w: float) -> float:
-        return float(lower_curve(bare, w))
-
-    low = brentq(value, grid[first - 1], grid[first]) if first > 0 else 0.0
-    high = brentq(value, grid[last], grid[last + 1]) if last + 1 < len(grid) else np.inf
-    return float(low), float(high)
+    p = rig.record()
+    fill_clamp(p[0])
+    low, high = float(p["clamp_low"][0]), float(p["clamp_high"][0])
+    return (low, high) if low < np.inf else None
 
 
 def negative_range(rig: Rig) -> tuple[float, float] | None:

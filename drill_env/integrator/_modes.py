@@ -2,7 +2,6 @@
 
 from drill_env._jit import kernel
 from drill_env.dynamics._kernels import (
-    clamp_event,
     lower_margin,
     lower_rate,
     upper_margin,
@@ -31,15 +30,17 @@ def start_mode(p, run, u):
         else:
             run.mode[which] = 1 if omega > 0.0 else -1
     run.mode[2] = 0
-    if clamp_event(p, run.mode[1], 0, run.y[2], 0.0)[0] < 0.0:
-        run.mode[2] = 1
+    if p.clamp:
+        speed = abs(run.y[2])
+        run.mode[2] = 0 if speed <= p.clamp_low else (1 if speed <= p.clamp_high else 2)
 
 
 @kernel
 def transit(which, p, run, u):
     """Change the mode of disc `which` at its event; returns the kind of event."""
     if which == LOWER_LAW:
-        run.mode[2] = 1 - run.mode[2]
+        rising = p.clamp_high - abs(run.y[2]) < abs(run.y[2]) - p.clamp_low
+        run.mode[2] = 1 if run.mode[2] != 1 else (2 if rising else 0)
         return CLAMP
     margin, sign = margin_of(which, p, run, u)
     if run.mode[which] == 0:

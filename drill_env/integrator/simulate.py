@@ -9,7 +9,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray, Method, VoltageFunction
-from drill_env.friction.laws import negative_range
+from drill_env.friction import kernel_record, negative_range
 from drill_env.integrator._advance import LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS, advance
 from drill_env.integrator._modes import start_mode
 from drill_env.integrator._records import EVENT, N_COLUMNS, N_STATE, RUN, new_work
@@ -76,12 +76,16 @@ def simulate(
     drive = as_voltage(voltage, t_start, t_end)
     run = np.zeros(1, dtype=RUN)
     run["y"], run["t"], run["h"] = _initial_state(initial), t_start, min(1e-3, seconds)
-    p = rig.record()
+    p = kernel_record(rig)
     if modes is None:
         start_mode(p[0], run[0], float(drive(t_start)))
     else:
         run["mode"] = modes
     work = new_work(rtol, atol, rig.natural_period / 12.0, extrema=extrema, sensitivity=sensitivity)
+    # A stuck disc shrugs a small push off.
+    for which in range(2):
+        if run["mode"][0, which] == 0:
+            work["sens"][0, 1 + which] = 0.0
     return _integrate(p, run, work, TABLEAUX[method], drive, times, rig)
 
 

@@ -29,5 +29,7 @@ LAWS = ("humped", "stribeck", "coulomb")
 HUMPED, STRIBECK, COULOMB = range(len(LAWS))
 
 # The reciprocals are stored because a division costs a quarter of the friction law.
-_FIELDS: list[tuple[str, Any]] = [(name, "f8") for name in (*NAMES, "per_Ju", "per_Jl")]
+_FIELDS: list[tuple[str, Any]] = [
+    (name, "f8") for name in (*NAMES, "per_Ju", "per_Jl", "clamp_low", "clamp_high")
+]
 PARAMETERS = np.dtype([*_FIELDS, ("law", "i8"), ("clamp", "i8"), ("locked", "i8")], align=True)
