@@ -28,6 +28,7 @@ class ActiveDamping:
     """
 
     view: View = "both"
+    history: int = 0
 
     def __init__(self, config: EnvConfig, impedance: float = 2.0, corner: float = 0.2) -> None:
         rig = config.rig

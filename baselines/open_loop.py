@@ -11,6 +11,7 @@ class OpenLoop:
     """The voltage whose equilibrium is the set point on the nominal rig, equation (11)."""
 
     view: View = "surface"
+    history: int = 0
 
     def __init__(self, config: EnvConfig) -> None:
         self._rig = config.rig

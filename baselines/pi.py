@@ -21,6 +21,7 @@ class SpeedPI:
     """
 
     view: View = "surface"
+    history: int = 0
 
     def __init__(self, config: EnvConfig, pole: float = 4.0) -> None:
         rig = config.rig

@@ -86,7 +86,7 @@ class Rig:
             al = (par["ktheta"] * twist - sl * self.lower(sl * wl)) / par["Jl"]
         return [wu - wl, au, al, wl]
 
-    def field(self, modes: tuple[int, int], u: float, _: float, x: Array) -> list[float]:
+    def field(self, modes: tuple[int, ...], u: float, _: float, x: Array) -> list[float]:
         """Right-hand side for SciPy."""
         return self.rates(x, modes, u)
 

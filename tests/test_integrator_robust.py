@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from drill_env._types import FrictionLaw
 from drill_env.friction import lower_torque_set
 from drill_env.integrator import Disc, Kind, Trajectory, Voltage, sampled_voltage, simulate
 from drill_env.parameters import Rig
@@ -22,7 +23,7 @@ SECONDS = 2.0
 BUDGET = 20.0
 COMMON = settings(
     max_examples=120, deadline=None, derandomize=True, database=None,
-    suppress_health_check=list(HealthCheck),
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
 )  # fmt: skip
 
 
@@ -32,7 +33,7 @@ def logarithmic(low: float, high: float) -> st.SearchStrategy[float]:
 
 @st.composite
 def rigs(draw: st.DrawFn, stiff: bool = True) -> Rig:
-    law = draw(st.sampled_from(["humped", "stribeck", "coulomb"]))
+    law = draw(st.sampled_from(get_args(FrictionLaw)))
     static_u = draw(st.one_of(st.just(0.0), logarithmic(1e-3, 3.0)))
     static_l = draw(st.one_of(st.just(0.0), logarithmic(1e-4, 1.0)))
     viscous = draw(st.one_of(st.just(0.0), logarithmic(1e-2, 5.0)))
@@ -171,7 +172,9 @@ def test_two_halves_are_one_run(rig: Rig, drive: Any, start: np.ndarray, share: 
     )  # fmt: skip
     if separated(whole):
         assert coarse(rig, whole, second) < 1e-6
-        assert contacts(first) + contacts(second) == contacts(whole)
+        # Contacts of a motion below the absolute tolerance may be counted either way.
+        if np.abs(whole.state[:, :3]).max() > 1e-9:
+            assert contacts(first) + contacts(second) == contacts(whole)
 
 
 @COMMON

@@ -25,7 +25,7 @@ def steps(seed: int = 3, hold: float = 0.5, seconds: float = 12.0) -> Voltage:
     n = round(seconds / hold)
     volts = np.random.default_rng(seed).uniform(-5.0, 5.0, n)
     volts[n // 2 : n // 2 + 3] = 0.05
-    return sampled_voltage(np.arange(n) * hold, volts, seconds)
+    return sampled_voltage(np.linspace(0.0, seconds - hold, n), volts, seconds)
 
 
 STRIBECK = Rig(friction="stribeck", Tsl=0.09, T1=-0.06, beta1=1.5)

@@ -39,11 +39,11 @@ RTOL, ATOL = 1e-9, 1e-11
 
 
 def _build(times: list[float]) -> Any:
-    import diffrax
-    import equinox as eqx
-    import jax
-    import jax.numpy as jnp
-    import optimistix
+    import diffrax  # pyright: ignore[reportMissingImports]
+    import equinox as eqx  # pyright: ignore[reportMissingImports]
+    import jax  # pyright: ignore[reportMissingImports]
+    import jax.numpy as jnp  # pyright: ignore[reportMissingImports]
+    import optimistix  # pyright: ignore[reportMissingImports]
 
     jax.config.update("jax_enable_x64", True)
     grid = jnp.asarray(times, dtype=jnp.float64)

@@ -52,7 +52,7 @@ MODEL = f"""
 
 def run(volts: float, times: list[float]) -> tuple[float, list[float]]:
     """Wall seconds and omega_l at the samples (multiples of the step)."""
-    import mujoco
+    import mujoco  # pyright: ignore[reportMissingImports]
 
     model = mujoco.MjModel.from_xml_string(MODEL)
     data = mujoco.MjData(model)

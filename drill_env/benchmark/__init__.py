@@ -1,6 +1,12 @@
 """Controllers measured against each other and against the open loop."""
 
-from drill_env.benchmark.compare import SETPOINTS, STARTS, compare, run_closed_loop
+from drill_env.benchmark.compare import (
+    SETPOINTS,
+    STARTS,
+    UnreachableWarning,
+    compare,
+    run_closed_loop,
+)
 from drill_env.benchmark.measures import Measures, measure
 from drill_env.benchmark.open_loop_diagram import open_loop_diagram
 
@@ -8,6 +14,7 @@ __all__ = [
     "SETPOINTS",
     "STARTS",
     "Measures",
+    "UnreachableWarning",
     "compare",
     "measure",
     "open_loop_diagram",

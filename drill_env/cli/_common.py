@@ -1,9 +1,13 @@
-"""What every command shares: output, options and the mapping of errors to exit status."""
+"""What every command shares: options, output, remarks and folders."""
 
 from __future__ import annotations
 
 import json
 import math
+import os
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,12 +17,18 @@ from drill_env._errors import InputError
 from drill_env.parameters import Rig, load_rig
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from rich.progress import Progress
+    from rich.table import Table
 
 RigOption = Annotated[
     Path | None, typer.Option("--rig", help="Rig file; the paper's rig by default.")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
+_MAP_HELP = (
+    "CHANNEL=COLUMN[:UNIT], repeatable: t (s ms us), u (V mV), theta_u and theta_l "
+    "(rad deg turn counts/N m), or a number to multiply by. Example: --map theta_u=enc:counts/8192"
+)
+MapOption = Annotated[list[str] | None, typer.Option("--map", help=_MAP_HELP, show_default=False)]
 
 
 def rig_from(path: Path | None) -> Rig:
@@ -26,11 +36,28 @@ def rig_from(path: Path | None) -> Rig:
     return Rig.paper() if path is None else load_rig(path)
 
 
-def messages() -> Console:
-    """Where messages and progress go: stderr, so that stdout stays clean."""
+def tell(text: str) -> None:
+    """One message on stderr, so that stdout stays clean."""
+    typer.echo(text, err=True)
+
+
+def progress_bar() -> Progress:
+    """A bar on stderr that vanishes when done, and never shows where nobody watches."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    return Progress(console=console, transient=True, disable=not console.is_terminal)
+
+
+def show(table: Table) -> None:
+    """A table on stdout, in full width where stdout is no terminal."""
     from rich.console import Console
 
-    return Console(stderr=True)
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=120)
+    console.print(table)
 
 
 def print_json(document: Any) -> None:
@@ -47,7 +74,46 @@ def _plain(value: Any) -> Any:
         return _plain(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):
         return None
-    return str(value) if isinstance(value, Path) else value
+    return value if value is None or isinstance(value, (bool, int, float, str)) else str(value)
+
+
+@contextmanager
+def remarks() -> Iterator[None]:
+    """Warnings as one plain line each on stderr; none where an error says it all."""
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        for kind in (DeprecationWarning, PendingDeprecationWarning, FutureWarning):
+            warnings.simplefilter("ignore", kind)
+        yield
+        for text in dict.fromkeys(str(remark.message) for remark in found):
+            tell(f"warning: {text}")
+
+
+def output_folder(path: Path) -> Path:
+    """The folder of --out, checked before any work is done; it need not exist yet.
+
+    Raises:
+        InputError: a file is in the way, or the folder cannot be written.
+    """
+    nearest = next((p for p in (path, *path.absolute().parents) if p.exists()), path)
+    if not nearest.is_dir():
+        raise InputError(f"--out {path}: {nearest} is a file; give a folder")
+    if not os.access(nearest, os.W_OK):
+        raise InputError(f"--out {path}: {nearest} is not writable; give another folder")
+    return path
+
+
+def output_file(path: Path) -> Path:
+    """The file of --out, its folder checked before any work is done.
+
+    Raises:
+        InputError: it is a folder, or its folder does not exist.
+    """
+    if path.is_dir():
+        raise InputError(f"--out {path} is a folder: give a file name")
+    if not path.parent.is_dir():
+        raise InputError(f"--out {path}: there is no folder {path.parent}; make it first")
+    return path
 
 
 def numbers(text: str, option: str) -> list[float]:

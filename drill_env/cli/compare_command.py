@@ -2,18 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from drill_env._errors import InputError
-from drill_env.cli._common import JsonOption, RigOption, messages, numbers, print_json, rig_from
+from drill_env.cli._common import (
+    JsonOption,
+    RigOption,
+    numbers,
+    output_folder,
+    print_json,
+    progress_bar,
+    remarks,
+    rig_from,
+    show,
+    tell,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from drill_env.controllers import Controller
     from drill_env.environment.config import EnvConfig
+
+    Makers = dict[str, Callable[[EnvConfig], Controller]]
 
 _NAMES = "open-loop,pi,active-damping"
 
@@ -24,10 +39,12 @@ def compare_command(
     ),
     controllers: Annotated[str, typer.Option(help="Names, separated by commas.")] = _NAMES,
     agent: Annotated[
-        list[Path] | None, typer.Option(help="Folder of a trained agent; repeatable.")
+        list[Path] | None,
+        typer.Option(help="Folder of a trained agent; repeatable.", show_default=False),
     ] = None,
     setpoints: Annotated[
-        str | None, typer.Option(help="Set points in rad/s, separated by commas.")
+        str | None,
+        typer.Option(help="rad/s, separated by commas.", show_default="12 from 0.5 to 8.5"),
     ] = None,
     rig: RigOption = None,
     voltage_limit: Annotated[float, typer.Option(help="V, up to 15.")] = 5.0,
@@ -43,60 +60,49 @@ def compare_command(
 
     Example: drill-env compare --controllers open-loop,pi --out out/compare
     """
+    from drill_env.benchmark import SETPOINTS, compare
     from drill_env.environment.config import EnvConfig
 
-    config = EnvConfig(rig=rig_from(rig), voltage_limit=voltage_limit)
-    runs, points = _run(
-        config, controllers, agent or [], setpoints, seconds, window, seed
-    )  # fmt: skip
-    files = write_comparison(runs, config, out)
+    output_folder(out)
+    with remarks():
+        config = EnvConfig(rig=rig_from(rig), voltage_limit=voltage_limit)
+        makers = _makers(controllers, agent or [], config)
+        points = list(SETPOINTS) if setpoints is None else numbers(setpoints, "--setpoints")
+        with progress_bar() as bar:
+            task = bar.add_task("comparing", total=len(makers))
+            runs = compare(
+                makers, config, setpoints=points, seconds=seconds, window_s=window, seed=seed,
+                progress=lambda name, done, total: bar.update(
+                    task, completed=done, total=total, description=name or "done"
+                ),
+            )  # fmt: skip
+        files = write_comparison(runs, config, out)
     if as_json:
         print_json({"files": files, "setpoints": points, "runs": runs.to_dict("records")})
         return
-    from rich.console import Console
-
     from drill_env.report.compare_table import compare_table
 
-    Console().print(compare_table(runs))
-    messages().print("written: " + ", ".join(str(path) for path in files))
+    show(compare_table(runs))
+    tell("written: " + ", ".join(str(path) for path in files))
 
 
-def _run(
-    config: EnvConfig,
-    controllers: str,
-    agents: list[Path],
-    setpoints: str | None,
-    seconds: float,
-    window: float,
-    seed: int,
-) -> tuple[pd.DataFrame, list[float]]:
-    from rich.progress import Progress
-
+def _makers(controllers: str, agents: list[Path], config: EnvConfig) -> Makers:
     from drill_env import baselines
     from drill_env.agents import load
-    from drill_env.benchmark import SETPOINTS, compare
 
     names = [name.strip() for name in controllers.split(",") if name.strip()]
     for name in names:
         baselines.make(name, config)
-    makers = {name: baselines.CONTROLLERS[name] for name in names}
+    makers: Makers = {name: baselines.CONTROLLERS[name] for name in names}
     for folder in agents:
         trained = load(folder)
-        if folder.name in makers:
-            raise InputError(f"two controllers are called {folder.name}: rename one folder")
-        makers[folder.name] = lambda _, trained=trained: trained
-    points = list(SETPOINTS) if setpoints is None else numbers(setpoints, "--setpoints")
-    with Progress(console=messages(), transient=True) as bar:
-        task = bar.add_task("comparing", total=len(makers))
-
-        def tell(name: str, done: int, total: int) -> None:
-            bar.update(task, completed=done, total=total, description=name or "done")
-
-        runs = compare(
-            makers, config, setpoints=points, seconds=seconds, window_s=window, seed=seed,
-            progress=tell,
-        )  # fmt: skip
-    return runs, points
+        name = folder.resolve().name
+        if name in makers:
+            raise InputError(f"two controllers are called {name}: rename the folder {folder}")
+        makers[name] = lambda _, trained=trained: trained
+    if not makers:
+        raise InputError("nothing to compare: name --controllers or give an --agent")
+    return makers
 
 
 def write_comparison(runs: pd.DataFrame, config: EnvConfig, out: Path) -> list[Path]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from drill_env.cli._common import JsonOption, messages, print_json
+from drill_env.cli._common import JsonOption, output_folder, print_json, remarks
 from drill_env.parameters import Rig
 
 if TYPE_CHECKING:
@@ -32,28 +33,34 @@ def demo_command(
     """
     from drill_env._files import make_folder
 
-    make_folder(out)
-    console = messages()
-    report = {"simulation": _simulate(out), "comparison": _compare(out)}
-    report["recording"] = _identify(out, recordings)
+    with remarks():
+        # A wrong folder is told at once and leaves nothing behind.
+        real = None if recordings is None else _emps(recordings)
+        folder = make_folder(output_folder(out))
+        report: dict[str, Any] = {"simulation": _simulate(folder)}
+        report["comparison"] = _compare(folder)
+        report["comparison_files"] = [folder / "compare" / f"compare.{e}" for e in ("csv", "png")]
+        found = _identify(folder, *(real or _stage_ones(folder)))
+        report["recording"] = {"real": real is not None, **found}
     if as_json:
         print_json(report)
         return
-    _tell(console, report)
+    for line in _lines(report):
+        typer.echo(line)
 
 
 def _simulate(out: Path) -> dict[str, Any]:
     from drill_env._tables import write_table
-    from drill_env.cli.simulate_command import _summary, _table
+    from drill_env.cli.simulate_command import run_summary, run_table
     from drill_env.integrator import simulate
     from drill_env.report.run_picture import save_run_picture
 
     run = simulate(Rig.paper(), 3.5, 60.0)
-    write_table(_table(run, None), out / "simulation.csv")
+    write_table(run_table(run, None), out / "simulation.csv")
     save_run_picture(run, out / "simulation.png")
     return {
         "volts": 3.5,
-        **_summary(run, out / "simulation.csv"),
+        **run_summary(run, out / "simulation.csv"),
         "picture": out / "simulation.png",
     }
 
@@ -81,33 +88,33 @@ def _compare(out: Path) -> list[dict[str, Any]]:
     ]
 
 
-def _identify(out: Path, folder: Path | None) -> dict[str, Any]:
+def _identify(out: Path, fit: Recording, held: list[Recording], gain: float) -> dict[str, Any]:
     from drill_env.identification.one_inertia import identify_one_inertia
     from drill_env.identification.replay import replay
     from drill_env.parameters import save_rig
     from drill_env.report.replay_picture import save_replay_picture
 
-    fit, held, gain = _recordings(out, folder)
     result = identify_one_inertia([fit], gain, holdout=held)
     save_rig(result.rig, out / "identified-rig.toml")
     save_replay_picture(replay(fit, result.rig), out / "recording.png")
     return {
-        "real": folder is not None,
         **result.as_dict(),
         "rig_file": out / "identified-rig.toml",
         "picture": out / "recording.png",
     }
 
 
-def _recordings(out: Path, folder: Path | None) -> tuple[Recording, list[Recording], float]:
+def _emps(folder: Path) -> tuple[Recording, list[Recording], float]:
     from drill_env.recordings import read_recording
 
-    if folder is not None:
-        real = [read_recording(folder / name, _EMPS_MAP, need=("u", "theta_u")) for name in _EMPS]
-        return real[0], real[1:], real[0].constant("gtau")
+    fit, *held = (read_recording(folder / name, _EMPS_MAP, need=("u", "theta_u")) for name in _EMPS)
+    return fit, held, fit.constant("gtau")
+
+
+def _stage_ones(out: Path) -> tuple[Recording, list[Recording], float]:
     paper = Rig.paper()
-    made = [_stage_one(out / f"stage-1-{seed}.csv", paper, seed) for seed in (1, 2)]
-    return made[0], made[1:], paper.km
+    fit, *held = (_stage_one(out / f"stage-1-{seed}.csv", paper, seed) for seed in (1, 2))
+    return fit, held, paper.km
 
 
 def _stage_one(path: Path, paper: Rig, seed: int) -> Recording:
@@ -115,7 +122,7 @@ def _stage_one(path: Path, paper: Rig, seed: int) -> Recording:
     import numpy as np
 
     from drill_env._tables import write_table
-    from drill_env.cli.simulate_command import _table
+    from drill_env.cli.simulate_command import run_table
     from drill_env.integrator import sampled_voltage, simulate
     from drill_env.recordings import read_recording
 
@@ -125,30 +132,31 @@ def _stage_one(path: Path, paper: Rig, seed: int) -> Recording:
     levels = np.random.default_rng(seed).uniform(-5.0, 5.0, 100)
     drive = sampled_voltage(0.5 * np.arange(101.0), levels)
     run = simulate(upper, drive, 50.0, rate=1000.0)
-    write_table(_table(run, 65536)[["t", "u", "theta_u"]], path)
+    write_table(run_table(run, 65536)[["t", "u", "theta_u"]], path)
     return read_recording(path, need=("u", "theta_u"))
 
 
-def _tell(console: Any, report: dict[str, Any]) -> None:
+def _lines(report: dict[str, Any]) -> Iterator[str]:
     run, found = report["simulation"], report["recording"]
-    console.print(
-        f"[bold]1. Simulation[/bold] at {run['volts']} V, {run['seconds']:g} s: omega_l between "
-        f"{run['omega_l_min']:.3f} and {run['omega_l_max']:.3f} rad/s, {run['reversals']} "
-        f"reversals -> {run['out']}, {run['picture']}"
+    yield (
+        f"1. Simulation at {run['volts']} V, {run['seconds']:g} s: omega_l between "
+        f"{run['omega_l_min']:.3f} and {run['omega_l_max']:.3f} rad/s, {run['reversals']} reversals"
     )
-    console.print("[bold]2. Controllers[/bold], set points free of vibration:")
+    yield f"   -> {run['out']}, {run['picture']}"
+    yield "2. Controllers, set points free of vibration:"
     for row in report["comparison"]:
-        console.print(
+        yield (
             f"   {row['controller']:<15} from {row['start']:<12} "
             f"{row['vibration_free']:>2} of {row['setpoints']}  (median severity index "
             f"{row['median_severity_index']:.3f})"
         )
+    yield f"   -> {', '.join(map(str, report['comparison_files']))}"
     kind = "real (EMPS)" if found["real"] else "SIMULATED: give --recordings for a real one"
-    console.print(f"[bold]3. Recording[/bold], {kind}; one inertia identified:")
+    yield f"3. Recording, {kind}; one inertia identified:"
     for name, value in found["estimates"].items():
-        console.print(f"   {name:<12} {value:.6g}")
+        yield f"   {name:<12} {value:.6g}"
     for label in ("fit_errors", "holdout_errors"):
         for source, share in found[label].items():
             name = "fitted" if label == "fit_errors" else "held out"
-            console.print(f"   left-over force error, {name} {Path(source).name}: {share:.2%}")
-    console.print(f"   -> {found['rig_file']}, {found['picture']}")
+            yield f"   left-over force error, {name} {Path(source).name}: {share:.2%}"
+    yield f"   -> {found['rig_file']}, {found['picture']}"

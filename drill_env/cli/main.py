@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -50,7 +50,7 @@ def options(
 def run() -> None:
     """Entry point: bad input is one line on stderr and exit status 2."""
     try:
-        app()
+        sys.exit(app(standalone_mode=False) or 0)
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(2)
@@ -61,6 +61,20 @@ def run() -> None:
         # The reader has had enough (`| head`): not an error, and nothing left to flush.
         sys.stderr.close()
         sys.exit(0)
+    except Exception as error:
+        # Known by its method: typer carries a copy of click whose classes are not public.
+        if not hasattr(error, "format_message"):
+            raise
+        _print_usage_error(error)
+        sys.exit(2)
+
+
+def _print_usage_error(error: Any) -> None:
+    if type(error).__name__ == "NoArgsIsHelpError":
+        return
+    command = error.ctx.command_path if getattr(error, "ctx", None) else "drill-env"
+    text = " ".join(error.format_message().split()).rstrip(".")
+    print(f"error: {text}; see {command} --help", file=sys.stderr)
 
 
 if __name__ == "__main__":

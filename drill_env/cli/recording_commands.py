@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,7 +10,18 @@ import typer
 from typer.core import TyperCommand
 
 from drill_env._errors import InputError
-from drill_env.parameters import SYMBOLS, Rig, load_rig, save_rig
+from drill_env.cli._common import (
+    JsonOption,
+    MapOption,
+    RigOption,
+    output_file,
+    print_json,
+    remarks,
+    rig_from,
+    show,
+    tell,
+)
+from drill_env.parameters import SYMBOLS, Rig, save_rig
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -22,12 +30,6 @@ if TYPE_CHECKING:
     from drill_env.identification.replay import ReplayResult
     from drill_env.recordings import Channel, Recording
 
-_MAP_HELP = (
-    "CHANNEL=COLUMN[:UNIT], repeatable: t (s ms us), u (V mV), theta_u and theta_l "
-    "(rad deg turn counts/N m), or a number to multiply by. Example: --map theta_u=enc:counts/8192"
-)
-MapOption = Annotated[list[str] | None, typer.Option("--map", help=_MAP_HELP, show_default=False)]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 FitArgument = Annotated[list[Path], typer.Argument(metavar="FIT...", help="Recordings to fit.")]
 OneInertiaOption = Annotated[
     bool, typer.Option("--one-inertia", help="Upper disc alone, or any single axis.")
@@ -78,7 +80,7 @@ def register(app: typer.Typer) -> None:
 
 def replay_command(
     recording: Annotated[Path, typer.Argument(metavar="REC", help="Recording to replay.")],
-    rig: Annotated[Path | None, typer.Option(help="Rig file; the printed rig if none.")] = None,
+    rig: RigOption = None,
     mapping: MapOption = None,
     horizon: Annotated[float, typer.Option(help="Prediction restarts every so many s.")] = 5.0,
     out: Annotated[Path | None, typer.Option(help="Picture to draw (.png .pdf .svg).")] = None,
@@ -86,12 +88,18 @@ def replay_command(
 ) -> None:
     """Lay the simulation of a rig over a recording: error per channel and a picture.
 
-    REC holds the columns t (s), u (V), theta_u, theta_l (rad) as CSV, Parquet or .mat.
+    REC holds the columns t (s), u (V), theta_u, theta_l (rad) as CSV, Parquet or .mat; other
+    names and units by --map. The error is given for one free run from the first sample and
+    for predictions that restart every --horizon seconds.
+
+    Example: drill-env replay run.csv --rig rig.toml --out replay.png
     """
     from drill_env.identification.replay import replay
 
-    with _remarks_to_stderr():
-        parameters = load_rig(rig) if rig is not None else Rig.paper()
+    if out is not None:
+        output_file(out)
+    with remarks():
+        parameters = rig_from(rig)
         measured = _read([recording], mapping, ("u",))[0]
         result = replay(measured, parameters, horizon=horizon)
         for note in result.notes:
@@ -101,13 +109,13 @@ def replay_command(
 
             save_replay_picture(result, out)
     if as_json:
-        _print_json({**result.as_dict(), "picture": None if out is None else str(out)})
+        print_json({**result.as_dict(), "picture": None if out is None else str(out)})
         return
-    _show(_replay_table(result))
+    show(_replay_table(result))
     if result.force_error is not None:
         typer.echo(f"relative force error (inverse dynamics): {100 * result.force_error:.3f} %")
     if out is not None:
-        typer.echo(f"picture: {out}")
+        tell(f"picture: {out}")
 
 
 def identify_command(
@@ -127,17 +135,22 @@ def identify_command(
     """Identify a rig from recordings, and judge it on others.
 
     With --one-inertia: mass, viscous and Coulomb friction and offset by inverse-dynamics
-    least squares from u and theta_u.
+    least squares from u and theta_u. Errors are relative force errors, of the FIT files and
+    of the --holdout files, which are not fitted.
+
+    Example: drill-env identify --one-inertia --gain 3.57 a.csv --holdout b.csv --out rig.toml
     """
     if not one_inertia:
         raise InputError(
             "identification of the two-inertia rig is not in this version; give --one-inertia "
             "for recordings of the upper disc alone"
         )
+    if out is not None:
+        output_file(out)
     from drill_env.identification.inverse_dynamics import InverseOptions
     from drill_env.identification.one_inertia import identify_one_inertia
 
-    with _remarks_to_stderr():
+    with remarks():
         fitted = _read(fit, mapping, ("u", "theta_u"))
         held = _read(holdout or [], mapping, ("u", "theta_u"))
         result = identify_one_inertia(
@@ -146,7 +159,7 @@ def identify_command(
         )  # fmt: skip
         rig = _saved_rig(result, out)
     if as_json:
-        _print_json(_identified(result, rig, out))
+        print_json(_identified(result, rig, out))
     else:
         _show_identified(result, out)
 
@@ -180,28 +193,6 @@ def _read(
     return [read_recording(path, columns, need=need) for path in paths]
 
 
-@contextmanager
-def _remarks_to_stderr() -> Iterator[None]:
-    """Warnings as one plain line each, without Python's source lines."""
-    with warnings.catch_warnings(record=True) as remarks:
-        warnings.simplefilter("always")
-        try:
-            yield
-        finally:
-            for remark in remarks:
-                typer.echo(f"warning: {remark.message}", err=True)
-
-
-def _print_json(document: dict[str, Any]) -> None:
-    typer.echo(json.dumps(document, indent=2, allow_nan=False))
-
-
-def _show(table: Table) -> None:
-    from rich.console import Console
-
-    Console().print(table)
-
-
 def _replay_table(result: ReplayResult) -> Table:
     from rich.table import Table
 
@@ -232,10 +223,10 @@ def _show_identified(result: OneInertiaResult, out: Path | None) -> None:
     for label, found in (("fit", result.fit_errors), ("held out", result.holdout_errors)):
         for source, share in found.items():
             errors.add_row(f"{label}: {Path(source).name}", f"{100 * share:.3f}")
-    _show(values)
-    _show(errors)
+    show(values)
+    show(errors)
     if out is not None:
-        typer.echo(f"rig file: {out}")
+        tell(f"rig file: {out}")
 
 
 def _identified(result: OneInertiaResult, rig: Rig | None, out: Path | None) -> dict[str, Any]:

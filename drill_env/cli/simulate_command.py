@@ -8,11 +8,22 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from drill_env._errors import InputError
-from drill_env.cli._common import JsonOption, RigOption, messages, numbers, print_json, rig_from
+from drill_env.cli._common import (
+    JsonOption,
+    MapOption,
+    RigOption,
+    numbers,
+    output_file,
+    print_json,
+    remarks,
+    rig_from,
+    tell,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from drill_env._types import FloatArray
     from drill_env.integrator import Trajectory
     from drill_env.parameters import Rig
 
@@ -21,9 +32,10 @@ def simulate_command(
     out: Annotated[Path, typer.Option(help="Table to write: .csv, .csv.gz or .parquet.")],
     volts: Annotated[float | None, typer.Option(help="Constant voltage, V.")] = None,
     seconds: Annotated[float | None, typer.Option(help="Duration, s.")] = None,
-    input_: Annotated[
+    source: Annotated[
         Path | None, typer.Option("--input", help="Recording whose voltage is played.")
     ] = None,
+    mapping: MapOption = None,
     rig: RigOption = None,
     rate: Annotated[
         float | None,
@@ -48,17 +60,21 @@ def simulate_command(
     """
     from drill_env._tables import check_table_name, write_table
 
-    check_table_name(out)
-    plant = rig_from(rig)
-    trajectory = _run(plant, volts, seconds, input_, rate, initial)
-    table = _table(trajectory, counts if encoder else None)
-    write_table(table, out)
-    summary = _summary(trajectory, out)
+    check_table_name(output_file(out))
+    with remarks():
+        plant = rig_from(rig)
+        if source is None:
+            trajectory = _constant(plant, volts, seconds, rate, _start(initial))
+        elif volts is None:
+            trajectory = _played(plant, source, mapping, seconds, rate, _start(initial))
+        else:
+            raise InputError("--volts and --input are both given: give one of them")
+        write_table(run_table(trajectory, counts if encoder else None), out)
+    summary = run_summary(trajectory, out)
     if as_json:
         print_json(summary)
         return
-    console = messages()
-    console.print(
+    tell(
         f"{summary['samples']} samples over {summary['seconds']:g} s written to {out}; "
         f"omega_l from {summary['omega_l_min']:.4f} to {summary['omega_l_max']:.4f} rad/s; "
         f"sticks {summary['sticks']}, break-aways {summary['break_aways']}, "
@@ -66,44 +82,60 @@ def simulate_command(
     )
 
 
-def _run(
+def _start(initial: str | None) -> FloatArray | None:
+    import numpy as np
+
+    if initial is None:
+        return None
+    values = numbers(initial, "--initial")
+    if len(values) not in (3, 4):
+        raise InputError(f"--initial has {len(values)} numbers: give twist,omega_u,omega_l")
+    return np.append(values, 0.0)[:4]
+
+
+def _constant(
     rig: Rig,
     volts: float | None,
     seconds: float | None,
-    source: Path | None,
     rate: float | None,
-    initial: str | None,
+    start: FloatArray | None,
+) -> Trajectory:
+    from drill_env.integrator import simulate
+
+    if volts is None:
+        raise InputError("no voltage: give --volts with --seconds, or --input REC.csv")
+    if seconds is None:
+        raise InputError("--volts needs --seconds: how long to simulate")
+    return simulate(rig, volts, seconds, rate=rate, initial=start)
+
+
+def _played(
+    rig: Rig,
+    source: Path,
+    mapping: list[str] | None,
+    seconds: float | None,
+    rate: float | None,
+    start: FloatArray | None,
 ) -> Trajectory:
     import numpy as np
 
     from drill_env.integrator import sampled_voltage, simulate
-    from drill_env.recordings import read_recording
+    from drill_env.recordings import parse_map, read_recording
 
-    start = None
-    if initial is not None:
-        values = numbers(initial, "--initial")
-        if len(values) not in (3, 4):
-            raise InputError(f"--initial has {len(values)} numbers: give twist,omega_u,omega_l")
-        start = np.append(values, 0.0)[:4]
-    if (volts is None) == (source is None):
-        raise InputError("give either --volts with --seconds, or --input REC.csv")
-    if source is None:
-        if seconds is None:
-            raise InputError("--volts needs --seconds: how long to simulate")
-        assert volts is not None
-        return simulate(rig, volts, seconds, rate=rate, initial=start)
-    recording = read_recording(source, need=("u",))
+    recording = read_recording(source, parse_map(mapping or []), need=("u",))
     assert recording.u is not None
-    drive = sampled_voltage(recording.t, recording.u)
     begin, last = float(recording.t[0]), float(recording.t[-1])
     length = last - begin if seconds is None else seconds
+    if seconds is None and begin + length < last:
+        # Rounding must not cost the last row.
+        length = float(np.nextafter(length, np.inf))
     times = recording.t[recording.t <= begin + length] if rate is None else None
-    return simulate(
-        rig, drive, length, t_start=begin, t_eval=times, rate=rate, initial=start
-    )  # fmt: skip
+    drive = sampled_voltage(recording.t, recording.u)
+    return simulate(rig, drive, length, t_start=begin, t_eval=times, rate=rate, initial=start)
 
 
-def _table(trajectory: Trajectory, counts: int | None) -> pd.DataFrame:
+def run_table(trajectory: Trajectory, counts: int | None) -> pd.DataFrame:
+    """Columns of a written run; through an encoder of so many `counts`, if given."""
     import numpy as np
     import pandas as pd
 
@@ -132,7 +164,8 @@ def _table(trajectory: Trajectory, counts: int | None) -> pd.DataFrame:
     )
 
 
-def _summary(trajectory: Trajectory, out: Path) -> dict[str, Any]:
+def run_summary(trajectory: Trajectory, out: Path) -> dict[str, Any]:
+    """What a run came to, in a few numbers."""
     from drill_env.integrator import Disc, Kind
 
     lower = trajectory.events.where(Disc.LOWER)

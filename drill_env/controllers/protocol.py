@@ -16,9 +16,12 @@ class Controller(Protocol):
 
     Attributes:
         view: the observation it needs, "both" or "surface".
+        history: past frames it needs in the observation; 0 for classical controllers, which
+            keep a memory of their own.
     """
 
     view: View
+    history: int
 
     def reset(self, n: int) -> None:
         """Forget everything; `n` rigs follow."""

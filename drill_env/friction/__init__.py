@@ -3,6 +3,7 @@
 from drill_env.friction.laws import (
     kernel_record,
     lower_curve,
+    lower_curve_derivatives,
     lower_curve_slope,
     lower_torque_set,
     negative_range,
@@ -12,6 +13,7 @@ from drill_env.friction.laws import (
 __all__ = [
     "kernel_record",
     "lower_curve",
+    "lower_curve_derivatives",
     "lower_curve_slope",
     "lower_torque_set",
     "negative_range",

@@ -37,6 +37,23 @@ def lower_curve_slope(rig: Rig, omega: FloatArray | float) -> FloatArray:
     return slope
 
 
+def lower_curve_derivatives(rig: Rig, omega: float) -> tuple[float, float, float]:
+    """First to third derivative of T_l by the speed at `omega` > 0 (Nm s^k/rad^k)."""
+    if rig.friction == "humped":
+        first, second, third = rig.bl, 0.0, 0.0
+        for height, steepness in ((rig.T1, rig.beta1), (rig.T2, rig.beta2)):
+            s = float(np.tanh(0.5 * steepness * omega))
+            d1 = 0.5 * steepness * (1.0 - s * s)
+            d2 = -steepness * s * d1
+            d3 = -steepness * (d1 * d1 + s * d2)
+            first, second, third = first + height * d1, second + height * d2, third + height * d3
+        return first, second, third
+    if rig.friction == "stribeck":
+        fall = rig.T1 * rig.beta1 * float(np.exp(-rig.beta1 * omega))
+        return rig.bl + fall, -rig.beta1 * fall, rig.beta1**2 * fall
+    return rig.bl, 0.0, 0.0
+
+
 def lower_torque_set(rig: Rig, omega: FloatArray | float) -> tuple[FloatArray, FloatArray]:
     """Lower and upper end of the set T_fl(omega) (Nm), equation (2); a point for omega != 0."""
     omega = np.asarray(omega, dtype=float)

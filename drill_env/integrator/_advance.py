@@ -106,10 +106,8 @@ def adapt(run, tab, h, clipped, error):
 
 @kernel
 def note_turn(run, work, tab, h, log):
-    """Log the turning point of omega_l inside the step, if there is one."""
-    first, last = work.k[0, 2], work.k[tab.stages, 2]
-    if run.mode[1] == 0 or first * last >= 0.0:
-        return
+    """Log the turning point of omega_l inside the step."""
+    first = work.k[0, 2]
     a, b = 0.0, 1.0
     for _ in range(60):
         s = 0.5 * (a + b)
@@ -147,7 +145,13 @@ def write_samples(run, work, tab, h, t_new, t_eval, out, modes, sens_out):
 def finish_step(p, run, work, tab, h, t_new, t_eval, out, modes, log, sens_out):
     """Accept the step: samples, turning points, sensitivities, new state."""
     last = tab.stages
-    turns = work.extrema and work.k[0, 2] * work.k[last, 2] < 0.0
+    # A released disc starts with a rate of about +-1e-17: no turning point.
+    turns = (
+        work.extrema
+        and run.mode[1] != 0
+        and abs(work.k[0, 2]) > 1e-10
+        and work.k[0, 2] * work.k[last, 2] < 0.0
+    )
     if turns or (run.sample < t_eval.size and t_eval[run.sample] < t_new):
         fill_dense(p, run, work, tab, h)
     if work.sensitivity:

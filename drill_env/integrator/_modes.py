@@ -22,6 +22,8 @@ def margin_of(which, p, run, u):
 @kernel
 def start_mode(p, run, u):
     """Modes of a state that comes without any, from its velocities and torques."""
+    if p.locked:
+        run.y[2] = 0.0
     for which in range(2):
         omega = run.y[1 + which]
         margin, sign = margin_of(which, p, run, u)

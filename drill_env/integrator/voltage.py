@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import chebyshev, polynomial
+from numpy.polynomial import polynomial
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, VoltageFunction
@@ -13,6 +14,12 @@ from drill_env._types import FloatArray, VoltageFunction
 _DEGREE = 7
 _TOLERANCE = 1e-11
 _SHORTEST = 1e-9
+_MAX_PIECES = 200_000
+# Chebyshev nodes on [0, 1], the map from values there to powers, and points to judge by.
+_NODES = 0.5 - 0.5 * np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))
+_FIT = np.linalg.inv(np.vander(_NODES, increasing=True))
+_PROBES = np.array([0.0, 0.037, 0.171, 0.391, 0.613, 0.822, 0.957])
+_AT_PROBES = np.vander(_PROBES, _DEGREE + 1, increasing=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,50 +85,39 @@ def function_voltage(function: VoltageFunction, t_start: float, t_end: float) ->
     Pieces are halved until they fit; around a jump they shrink to 1e-9 s.
 
     Raises:
-        InputError: the function returns something that is not a finite number.
+        InputError: the function returns something that is not a finite number, or is too
+            rough for 200 000 pieces.
     """
 
     def values(times: FloatArray) -> FloatArray:
         found = np.array([function(float(time)) for time in times], dtype=float)
         if found.shape != times.shape or not np.isfinite(found).all():
             raise InputError(
-                f"voltage function is not a finite number on [{times[0]}, {times[-1]}]"
+                f"voltage function gives no finite number between {times[0]} and {times[-1]} s"
             )
         return found
 
-    nodes = 0.5 * (1.0 + np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1)))[::-1]
-    probes = np.array([0.0, 0.037, 0.171, 0.391, 0.613, 0.822, 0.957])
-    span = max(t_end - t_start, _SHORTEST)
-    pending = [(a, b) for a, b in zip(*_cells(t_start, t_end, span), strict=True)][::-1]
-    breaks, pieces = [t_start], []
+    edges = np.linspace(t_start, t_end, max(2, math.ceil((t_end - t_start) / 0.5) + 1))
+    pending = list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))[::-1]
+    breaks, pieces, tries = [t_start], [], 0
     while pending:
         a, b = pending.pop()
-        width = b - a
-        series = chebyshev.chebfit(2.0 * nodes - 1.0, values(a + width * nodes), _DEGREE)
-        truth = values(a + width * probes)
-        miss = np.abs(chebyshev.chebval(2.0 * probes - 1.0, series) - truth).max()
+        width, tries = b - a, tries + 1
+        if tries > _MAX_PIECES:
+            raise InputError(
+                f"voltage function is too rough near {a:.6g} s to be interpolated; sample it "
+                "and pass sampled_voltage(t, u)"
+            )
+        series = _FIT @ values(a + width * _NODES)
+        truth = values(a + width * _PROBES)
+        miss = np.abs(_AT_PROBES @ series - truth).max()
         if miss > _TOLERANCE * (1.0 + np.abs(truth).max()) and width > _SHORTEST:
             middle = 0.5 * (a + b)
             pending += [(middle, b), (a, middle)]
             continue
         breaks.append(b)
-        pieces.append(_to_share(np.asarray(series, dtype=np.float64)))
+        pieces.append(series)
     return Voltage(np.array(breaks), np.array(pieces))
-
-
-def _cells(t_start: float, t_end: float, span: float) -> tuple[FloatArray, FloatArray]:
-    edges = np.linspace(t_start, t_end, max(2, int(np.ceil(span / 0.5)) + 1))
-    return edges[:-1], edges[1:]
-
-
-def _to_share(series: FloatArray) -> FloatArray:
-    powers = chebyshev.cheb2poly(series)
-    out = np.zeros(_DEGREE + 1)
-    base = np.array([1.0])
-    for coefficient in powers:
-        out[: len(base)] += coefficient * base
-        base = polynomial.polymul(base, [-1.0, 2.0])
-    return out
 
 
 def as_voltage(voltage: float | VoltageFunction | Voltage, t_start: float, t_end: float) -> Voltage:

@@ -161,6 +161,8 @@ def _validate(rig: Rig) -> None:
         raise InputError(f"inertias is {rig.inertias!r}: give 1 (upper disc alone) or 2")
     if rig.inertias == 2:
         _require(rig.ktheta > 0, "ktheta", rig.ktheta, "greater than 0")
+    elif rig.ktheta != 0:
+        raise InputError("inertias is 1 with a string: make such a rig with Rig.one_inertia")
     for name in ("Tsu", "Tsl", "beta1", "beta2"):
         _require(getattr(rig, name) >= 0, name, getattr(rig, name), "0 or greater")
     _require(abs(rig.dTsu) <= rig.Tsu, "dTsu", rig.dTsu, f"within +-Tsu = {rig.Tsu}")

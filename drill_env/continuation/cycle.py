@@ -1,0 +1,236 @@
+"""Limit cycles by shooting, with the variational equations through every event."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from drill_env._types import FloatArray
+from drill_env.friction import kernel_record, lower_curve, lower_curve_slope
+from drill_env.integrator._advance import DONE, advance
+from drill_env.integrator._modes import start_mode
+from drill_env.integrator._records import EVENT, N_STATE, RUN, new_work
+from drill_env.integrator._tableau import TABLEAUX
+from drill_env.integrator.trajectory import Disc, Events, Kind
+from drill_env.parameters import SYMBOLS, Rig
+
+Character: TypeAlias = Literal["slipping", "sticking", "reversing", "reversing and sticking"]
+"""What the lower disc does within a period."""
+
+
+class CycleError(RuntimeError):
+    """A limit cycle could not be computed; the message says which step failed and why."""
+
+
+@dataclass(frozen=True, slots=True)
+class LimitCycle:
+    """A periodic motion, from one maximum of omega_l to the next.
+
+    Attributes:
+        parameter: value of the continued parameter (V for the voltage).
+        state: (twist, omega_u, omega_l) at the maximum, shape (3,).
+        period: s.
+        min: smallest omega_l, rad/s.
+        max: largest omega_l, rad/s.
+        multipliers: Floquet multipliers but the trivial one, by falling size; two complex.
+            A cycle that sticks has the multiplier 0: states merge in finite time.
+        trivial: the multiplier along the flow, 1 up to the error of the computation.
+        stable: both multipliers inside the unit circle.
+        character: whether the lower disc sticks or reverses within the period.
+        sticking_s: time stuck per period, s.
+        reversed_s: time with omega_l < 0 per period, s.
+        hits: stiction margin Tsl - abs(ktheta twist) (Nm) whenever omega_l reaches 0.
+        steps: Newton steps taken.
+        residual: distance by which the last period fails to close.
+    """
+
+    parameter: float
+    state: FloatArray
+    period: float
+    min: float
+    max: float
+    multipliers: np.ndarray
+    trivial: float
+    stable: bool
+    character: Character
+    sticking_s: float
+    reversed_s: float
+    hits: tuple[float, ...]
+    steps: int
+    residual: float
+
+
+@dataclass(frozen=True, slots=True)
+class Shot:
+    """One period integrated from a maximum of omega_l.
+
+    Attributes:
+        end: state after the period, shape (3,).
+        jacobian: d end / d (state, period, parameter), shape (3, 5).
+        events: what happened.
+    """
+
+    end: FloatArray
+    jacobian: FloatArray
+    events: Events
+
+
+class PeriodMap:
+    """The flow over one period as a function of state, period and one parameter.
+
+    Args:
+        rig: parameters.
+        parameter: "voltage" or a symbol of the rig.
+        volts: voltage when another parameter is continued, V.
+        rtol: relative tolerance of a step.
+    """
+
+    def __init__(
+        self, rig: Rig, parameter: str = "voltage", volts: float = 0.0, rtol: float = 1e-11
+    ) -> None:
+        self.rig, self.parameter, self.volts = rig, parameter, volts
+        self._p = kernel_record(rig)
+        self._work = new_work(
+            rtol, 0.1 * rtol, rig.natural_period / 12.0, extrema=True, sensitivity=True
+        )
+        self._run = np.zeros(1, dtype=RUN)
+        self._log = np.zeros(256, dtype=EVENT)
+        self._breaks, self._piece = np.zeros(2), np.zeros((1, 1))
+        self._out, self._modes = np.zeros((0, N_STATE)), np.zeros((0, 2), dtype=np.int64)
+        self._times, self._sens = np.zeros(0), np.zeros((0, N_STATE, 18))
+        self._tableau = TABLEAUX["dop853"][0]
+
+    def rig_at(self, value: float) -> Rig:
+        """The rig with the continued parameter set."""
+        if self.parameter == "voltage":
+            return self.rig
+        return self.rig.replace(**{self.parameter: value})
+
+    def voltage_at(self, value: float) -> float:
+        """The voltage (V) at a value of the continued parameter."""
+        return value if self.parameter == "voltage" else self.volts
+
+    def shoot(self, state: FloatArray, period: float, value: float) -> Shot:
+        """Integrate one period and its derivatives.
+
+        Raises:
+            CycleError: the period is not positive or the integration failed.
+        """
+        if not (period > 0.0 and np.isfinite(state).all() and np.isfinite(value)):
+            raise CycleError(f"shooting left the range of sense: period {period}, state {state}")
+        if self.parameter != "voltage":
+            self._p = kernel_record(self.rig_at(value))
+        run, work, volts = self._run, self._work, self.voltage_at(value)
+        run[:] = np.zeros(1, dtype=RUN)
+        run["y"][0, :3] = state
+        run["h"] = 1e-2
+        start_mode(self._p[0], run[0], volts)
+        work["sens"] = 0.0
+        work["sens"][0, :, :N_STATE] = np.eye(N_STATE)
+        self._breaks[1], self._piece[0, 0] = period, volts
+        status = advance(
+            self._p[0], run[0], work[0], self._tableau, self._breaks, self._piece, self._times,
+            self._out, self._modes, self._log, self._sens,
+        )  # fmt: skip
+        if status != DONE:
+            raise CycleError(f"integration over one period failed (status {status}) at {value}")
+        end = run["y"][0, :3].copy()
+        events = Events.from_log(self._log[: int(run["logged"][0])].copy())
+        return Shot(end, self._jacobian(end, volts), events)
+
+    def _jacobian(self, end: FloatArray, volts: float) -> FloatArray:
+        sens, p = self._work["sens"][0], self._p[0]
+        out = np.empty((3, 5))
+        out[:, :3] = sens[:3, :3]
+        out[:, 3] = self.rates(end, volts)
+        if self.parameter == "voltage":
+            # The voltage acts through km u alone; where u is 0 the column is not needed.
+            out[:, 4] = sens[:3, N_STATE] * p["km"] / volts if volts else 0.0
+        else:
+            out[:, 4] = sens[:3, N_STATE + SYMBOLS.index(self.parameter)]
+        return out
+
+    def rates(self, state: FloatArray, volts: float) -> FloatArray:
+        """Rates of (twist, omega_u, omega_l) with both discs turning forward, shape (3,)."""
+        p = self._p[0]
+        upper = (p["Tsu"] + p["dTsu"]) + (p["bu"] + p["dbu"]) * state[1]
+        lower = float(np.sign(state[2]) or 1.0) * float(lower_curve(self.rig, state[2]))
+        return np.array(
+            [
+                state[1] - state[2],
+                (p["km"] * volts - p["ktheta"] * state[0] - upper) / p["Ju"],
+                (p["ktheta"] * state[0] - lower) / p["Jl"],
+            ]
+        )
+
+    def phase(self, state: FloatArray, value: float) -> tuple[float, FloatArray]:
+        """Section condition ktheta twist = T_l(omega_l), and its gradient by (state, T, value)."""
+        rig = self.rig_at(value)
+        torque = float(lower_curve(rig, state[2]))
+        slope = float(lower_curve_slope(rig, state[2]))
+        gradient = np.array([rig.ktheta, 0.0, -slope, 0.0, 0.0])
+        if self.parameter != "voltage":
+            step = 1e-7 * max(abs(value), 1e-3)
+            far = self.rig_at(value + step)
+            near = self.rig_at(value - step)
+            high = far.ktheta * state[0] - float(lower_curve(far, state[2]))
+            low = near.ktheta * state[0] - float(lower_curve(near, state[2]))
+            gradient[4] = (high - low) / (2.0 * step)
+        return rig.ktheta * state[0] - torque, gradient
+
+
+def describe(
+    shot: Shot, rig: Rig, value: float, state: FloatArray, steps: int, period: float
+) -> LimitCycle:
+    """Everything about a closed cycle."""
+    values = np.linalg.eigvals(shot.jacobian[:, :3])
+    own = int(np.argmin(np.abs(values - 1.0)))
+    rest = np.delete(values, own)
+    rest = rest[np.argsort(-np.abs(rest))]
+    lower = shot.events.where(disc=Disc.LOWER)
+    touches = (lower.kind == Kind.STICK) | (lower.kind == Kind.REVERSAL)
+    margins = rig.Tsl - np.abs(rig.ktheta * lower.state[touches, 0])
+    stuck, turned = _shares(lower, period)
+    minima = lower.state[lower.kind == Kind.MINIMUM, 2]
+    return LimitCycle(
+        parameter=value,
+        state=state.copy(),
+        period=period,
+        min=float(min([*minima, 0.0 if touches.any() else state[2]])),
+        max=float(state[2]),
+        multipliers=rest,
+        trivial=float(values[own].real),
+        stable=bool((np.abs(rest) < 1.0).all()),
+        character=_character(bool((lower.kind == Kind.STICK).any()), turned > 0.0),
+        sticking_s=stuck,
+        reversed_s=turned,
+        hits=tuple(margins.tolist()),
+        steps=steps,
+        residual=float(np.abs(shot.end - state).max()),
+    )
+
+
+def _character(sticks: bool, reverses: bool) -> Character:
+    if sticks and reverses:
+        return "reversing and sticking"
+    return "sticking" if sticks else "reversing" if reverses else "slipping"
+
+
+def _shares(lower: Events, period: float) -> tuple[float, float]:
+    """Seconds stuck and seconds reversed in one period that starts slipping forward."""
+    stuck = turned = since = 0.0
+    mode = 1
+    keep = lower.kind <= Kind.REVERSAL
+    marks = zip(lower.t[keep], lower.kind[keep], lower.state[keep, 0], strict=True)
+    for t, kind, twist in [*marks, (period, Kind.REVERSAL, 0.0)]:
+        stuck += t - since if mode == 0 else 0.0
+        turned += t - since if mode < 0 else 0.0
+        since = t
+        if kind == Kind.STICK:
+            mode = 0
+        else:
+            # The string pulls the disc away to the side of its twist.
+            mode = -mode if kind == Kind.REVERSAL else (1 if twist > 0.0 else -1)
+    return stuck, turned

@@ -1,0 +1,95 @@
+"""Two-parameter maps: where vibration begins and ends over another parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+
+from drill_env._errors import InputError
+from drill_env._types import FloatArray
+from drill_env.continuation.branch import StepRule
+from drill_env.continuation.diagram import bifurcation_diagram
+from drill_env.continuation.hopf import hopf_points
+from drill_env.parameters import SYMBOLS, Rig
+
+_COARSE = StepRule(first=0.02, largest=0.2, turn=0.5)
+
+
+def hopf_map(rig: Rig, parameter: str, values: FloatArray, to_volts: float) -> pd.DataFrame:
+    """Hopf points over (voltage, `parameter`).
+
+    Returns:
+        Columns value, index (by speed), voltage (V), omega (rad/s), supercritical.
+
+    Raises:
+        InputError: the parameter is unknown or a value is unphysical.
+    """
+    rows = []
+    for value in values:
+        for index, point in enumerate(hopf_points(_with(rig, parameter, value), to_volts)):
+            rows.append(
+                {
+                    "value": float(value),
+                    "index": index,
+                    "voltage": point.voltage,
+                    "omega": point.omega,
+                    "supercritical": point.supercritical,
+                }
+            )
+    return pd.DataFrame(rows, columns=["value", "index", "voltage", "omega", "supercritical"])
+
+
+def vibration_map(
+    rig: Rig,
+    parameter: str,
+    values: FloatArray,
+    to_volts: float,
+    progress: Callable[[int, int], None] | None = None,
+) -> pd.DataFrame:
+    """Where vibration is possible over (voltage, `parameter`).
+
+    Args:
+        rig: parameters; the one mapped is replaced.
+        parameter: one of `drill_env.parameters.SYMBOLS`.
+        values: its values, ascending, shape (n,).
+        to_volts: end of the voltage range, V.
+        progress: called with (done, total).
+
+    Returns:
+        One row a value: hopf_low, hopf_high (V, first and last Hopf point), fold (V, highest
+        fold of cycles), vibration_from and vibration_to (V, range with a stable cycle), NaN
+        where there is none, and failures (steps that failed, as text).
+    """
+    rows = []
+    for done, value in enumerate(values):
+        rows.append(_row(_with(rig, parameter, value), float(value), to_volts))
+        if progress is not None:
+            progress(done + 1, len(values))
+    return pd.DataFrame(rows)
+
+
+def _with(rig: Rig, parameter: str, value: float) -> Rig:
+    if parameter not in SYMBOLS:
+        raise InputError(f"parameter is {parameter!r}: give one of {', '.join(SYMBOLS)}")
+    return rig.replace(**{parameter: float(value)})
+
+
+def _row(rig: Rig, value: float, to_volts: float) -> dict[str, object]:
+    diagram = bifurcation_diagram(rig, to_volts, _COARSE)
+    volts = [h.voltage for h in diagram.hopf]
+    folds = [p.parameter for p in diagram.points if p.kind == "fold"]
+    stable = [p.cycle.parameter for b in diagram.branches for p in b.points if p.cycle.stable]
+    # Cycles end at Hopf points and folds, which are known better than the last step before.
+    ends = np.array([*volts, *folds, *stable]) if stable else np.array([np.nan])
+    ends = ends[(ends >= min(stable) - 0.3) & (ends <= max(stable) + 0.3)] if stable else ends
+    return {
+        "value": value,
+        "hopf_low": min(volts, default=float("nan")),
+        "hopf_high": max(volts, default=float("nan")),
+        "fold": max(folds, default=float("nan")),
+        "vibration_from": float(ends.min()),
+        "vibration_to": float(ends.max()),
+        "failures": "; ".join(diagram.failures),
+    }

@@ -1,0 +1,186 @@
+"""Special points of a branch of limit cycles: folds, grazing, sticking and reversal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+from scipy.optimize import brentq
+
+from drill_env.continuation.branch import Corrector, Point
+from drill_env.continuation.cycle import CycleError, LimitCycle
+
+PointKind: TypeAlias = Literal["break-away", "hopf", "fold", "grazing", "reversal", "last stick"]
+"""What happens at a special point.
+
+``break-away``: the sticking set ends. ``grazing``: min omega_l reaches 0, sticking starts
+or ends. ``reversal``: at its first contact the lower disc starts, or stops, to be pulled
+through instead of sticking. ``last stick``: the same at a later contact, after which no
+phase of sticking is left.
+"""
+
+_SPLITS = 14
+
+
+@dataclass(frozen=True, slots=True)
+class SpecialPoint:
+    """One special point.
+
+    Attributes:
+        name: the paper's letter, or "".
+        kind: what happens there.
+        parameter: voltage in V, or value of the continued parameter.
+        omega: speed of the equilibrium, or NaN for cycles, rad/s.
+        min: of omega_l, rad/s.
+        max: of omega_l, rad/s.
+        period: s; NaN if there is no cycle.
+        multipliers: Floquet multipliers but the trivial one; empty for equilibria.
+        how: the condition that was solved.
+        error: estimated error of `parameter`.
+        remark: what is known, and what is inference.
+    """
+
+    name: str
+    kind: PointKind
+    parameter: float
+    omega: float
+    min: float
+    max: float
+    period: float
+    multipliers: tuple[complex, ...]
+    how: str
+    error: float
+    remark: str = ""
+
+
+def cycle_point(
+    kind: PointKind, cycle: LimitCycle, how: str, error: float, name: str = "", remark: str = ""
+) -> SpecialPoint:
+    """A special point that is a limit cycle."""
+    return SpecialPoint(
+        name, kind, cycle.parameter, float("nan"), cycle.min, cycle.max, cycle.period,
+        tuple(complex(m) for m in cycle.multipliers), how, error, remark,
+    )  # fmt: skip
+
+
+def signature(cycle: LimitCycle) -> tuple[bool, ...]:
+    """For every contact with omega_l = 0, whether the disc sticks there."""
+    return tuple(margin >= 0.0 for margin in cycle.hits)
+
+
+class _Segment:
+    """The branch between two neighbouring points, as a function of the arclength from `a`."""
+
+    def __init__(self, corrector: Corrector, a: Point, b: Point) -> None:
+        self.corrector, self.a, self.b = corrector, a, b
+        self.length = b.arclength - a.arclength
+
+    def __call__(self, s: float) -> Point:
+        if s <= 0.0:
+            return self.a
+        if s >= self.length:
+            return self.b
+        # The chord's hyperplanes meet the branch at both ends too.
+        share = s / self.length
+        guess = (1.0 - share) * self.a.z + share * self.b.z
+        chord = (self.b.z - self.a.z) / self.corrector.scale
+        return self.corrector.point(guess, chord / np.linalg.norm(chord), self.a.arclength + s)
+
+
+def special_points(corrector: Corrector, a: Point, b: Point) -> Iterator[SpecialPoint]:
+    """All special points between two neighbouring points of a branch.
+
+    Raises:
+        CycleError: Newton fails on the way.
+    """
+    segment = _Segment(corrector, a, b)
+    if a.tangent[4] * b.tangent[4] < 0.0:
+        yield _fold(segment)
+    yield from _contacts(segment, 0.0, a, segment.length, b, _SPLITS)
+
+
+def _solve(
+    segment: _Segment, value: Callable[[Point], float], low: float, high: float
+) -> tuple[Point, float]:
+    """Root of `value` between two arclengths: the point and the error of its parameter."""
+    s = float(brentq(lambda s: value(segment(s)), low, high, xtol=1e-13, rtol=1e-14))
+    width = 1e-6 * (high - low)
+    near, point = segment(max(s - width, low)), segment(s)
+    slope = abs(point.z[4] - near.z[4]) / max(width, 1e-300)
+    return point, slope * 1e-12 + 1e-12
+
+
+def _fold(segment: _Segment) -> SpecialPoint:
+    point, error = _solve(segment, lambda p: float(p.tangent[4]), 0.0, segment.length)
+    how = "the branch's tangent has no component along the parameter; a multiplier is 1"
+    return cycle_point("fold", point.cycle, how, error)
+
+
+def _contacts(
+    segment: _Segment, low: float, a: Point, high: float, b: Point, splits: int
+) -> Iterator[SpecialPoint]:
+    before, after = signature(a.cycle), signature(b.cycle)
+    if before == after:
+        return
+    switch = [i for i in range(min(len(before), len(after))) if before[i] != after[i]]
+    if not switch and abs(len(before) - len(after)) == 1 and 0 in (len(before), len(after)):
+        yield _grazing(segment, low, a, high)
+    elif len(switch) == 1 and abs(len(before) - len(after)) <= 1:
+        yield _switch(segment, low, high, switch[0])
+    elif splits == 0:
+        raise CycleError(
+            f"contacts change from {before} to {after} at parameter {a.z[4]:.9g} in one place"
+        )
+    else:
+        middle = 0.5 * (low + high)
+        point = segment(middle)
+        yield from _contacts(segment, low, a, middle, point, splits - 1)
+        yield from _contacts(segment, middle, point, high, b, splits - 1)
+
+
+def _switch(segment: _Segment, low: float, high: float, hit: int) -> SpecialPoint:
+    """Where the stiction margin of contact `hit` changes sign."""
+
+    def margin(point: Point) -> float:
+        if len(point.cycle.hits) <= hit:
+            raise CycleError(f"contact {hit + 1} is lost near parameter {point.z[4]:.9g}")
+        return point.cycle.hits[hit]
+
+    point, error = _solve(segment, margin, low, high)
+    how = f"ktheta |twist| = Tsl at contact {hit + 1}"
+    return cycle_point("reversal" if hit == 0 else "last stick", point.cycle, how, error)
+
+
+def _grazing(segment: _Segment, low: float, a: Point, high: float) -> SpecialPoint:
+    """Where min omega_l reaches zero, approached from the side without contact.
+
+    On that side the minimum is smooth; on the other it is exactly zero.
+    """
+    free, touching = (low, high) if not a.cycle.hits else (high, low)
+    here = segment(free)
+    # A second point without contact, as close as it must be for the first secant.
+    for k in range(1, 40):
+        other = free + (touching - free) * 0.5**k
+        there = segment(other)
+        if not there.cycle.hits:
+            break
+    else:
+        return cycle_point("grazing", here.cycle, "min omega_l = 0 at a point of the branch", 0.0)
+    for _ in range(60):
+        slope = (there.cycle.min - here.cycle.min) / (other - free)
+        root = other - there.cycle.min / slope
+        s = other + (1.0 - 1e-4) * (root - other)
+        if there.cycle.min < 1e-12 or abs(s - other) < 1e-14 * segment.length:
+            break
+        point = segment(s)
+        if point.cycle.hits:
+            touching = s
+            s = 0.5 * (other + s)
+            point = segment(s)
+            if point.cycle.hits:
+                break
+        free, here, other, there = other, there, s, point
+    left = abs(there.cycle.min / slope) * abs(there.z[4] - here.z[4]) / abs(other - free)
+    return cycle_point("grazing", there.cycle, "min omega_l = 0", left + 1e-12)
