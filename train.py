@@ -20,13 +20,17 @@ Show it among the classical controllers:
 from __future__ import annotations
 
 import argparse
+import os
 import sys
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import drill_env  # noqa: F401
 from drill_env import InputError
+
+CHECKPOINT = "checkpoint.zip"
 
 
 @dataclass
@@ -78,17 +82,44 @@ class Args:
 def parse(argv: list[str]) -> Args:
     """Command line to arguments; the help texts are the fields' docstrings."""
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
+        usage="python train.py [options], see --help",
+    )  # fmt: skip
     texts = _field_texts()
     for item in fields(Args):
-        default = None if item.default is MISSING else item.default
+        default = item.default
         name, text = "--" + item.name.replace("_", "-"), f"{texts[item.name]} (default: {default})"
         if isinstance(default, bool):
             parser.add_argument(name, action="store_true", help=text)
         else:
             parser.add_argument(name, type=type(default), default=default, help=text)
-    return Args(**vars(parser.parse_args(argv)))
+    args = Args(**vars(parser.parse_args(argv)))
+    check(args)
+    return args
+
+
+def check(args: Args) -> None:
+    """Refuse what could only fail later.
+
+    Raises:
+        InputError: a number is out of range, or --out cannot be a folder.
+    """
+    for name in ("total_steps", "num_envs", "n_steps", "n_epochs", "hidden", "checkpoint_steps"):
+        if getattr(args, name) < 1:
+            option = "--" + name.replace("_", "-")
+            raise InputError(f"{option} is {getattr(args, name)}: give 1 or more")
+    if not 2 <= args.batch_size <= args.num_envs * args.n_steps:
+        raise InputError(
+            f"--batch-size is {args.batch_size}: give 2 to --num-envs times --n-steps, "
+            f"{args.num_envs * args.n_steps}"
+        )
+    if not 0.0 < args.learning_rate < 1.0:
+        raise InputError(f"--learning-rate is {args.learning_rate}: give 0 to 1")
+    nearest = next(p for p in (args.out, *args.out.absolute().parents) if p.exists())
+    if not (nearest.is_dir() and os.access(nearest, os.W_OK)):
+        raise InputError(f"--out {args.out}: {nearest} is no writable folder; give another one")
+    if args.resume and not (args.out / CHECKPOINT).is_file():
+        raise InputError(f"--resume: {args.out / CHECKPOINT} is not there; start without --resume")
 
 
 def _field_texts() -> dict[str, str]:
@@ -124,11 +155,18 @@ def make_model(args: Args, env: Any) -> Any:
     from stable_baselines3 import PPO
 
     log = str(args.out) if args.tensorboard else None
-    checkpoint = args.out / "checkpoint.zip"
     if args.resume:
-        if not checkpoint.is_file():
-            raise InputError(f"{checkpoint} is not there: start without --resume")
-        return PPO.load(checkpoint, env=env, device="cpu", tensorboard_log=log)
+        checkpoint = args.out / CHECKPOINT
+        try:
+            model = PPO.load(checkpoint, env=env, device="cpu", tensorboard_log=log)
+        except (AssertionError, ValueError, BadZipFile) as error:
+            raise InputError(
+                f"--resume: {checkpoint} does not fit ({error}); give the --view, --history, "
+                "--num-envs it was trained with, or start without --resume"
+            ) from error
+        # The seed alone would repeat the noise and the plants of the first part.
+        model.set_random_seed(args.seed + model.num_timesteps)
+        return model
     return PPO(
         "MlpPolicy", env, seed=args.seed, device="cpu", tensorboard_log=log,
         n_steps=args.n_steps, batch_size=args.batch_size, n_epochs=args.n_epochs,
@@ -140,6 +178,7 @@ def make_model(args: Args, env: Any) -> Any:
 
 def main(args: Args) -> None:
     """Train, save, and judge the agent beside the classical controllers."""
+    import torch
     from rich.console import Console
 
     from drill_env import baselines
@@ -149,10 +188,12 @@ def main(args: Args) -> None:
     from drill_env.environment.config import EnvConfig
     from drill_env.report.compare_table import compare_table
 
+    # Networks this small lose more than they gain on several threads.
+    torch.set_num_threads(1)
     console = Console(stderr=True)
     env, config = make_env(args)
     model = make_model(args, env)
-    left = args.total_steps - (model.num_timesteps if args.resume else 0)
+    left = args.total_steps - model.num_timesteps
     if left <= 0:
         console.print(f"already trained for {model.num_timesteps} steps")
     else:
@@ -160,15 +201,13 @@ def main(args: Args) -> None:
         try:
             model.learn(left, callback=watch, reset_num_timesteps=not args.resume)
         except KeyboardInterrupt:
-            watch.save()
-            console.print("stopped; go on with --resume")
+            watch.stop()
+            console.print(f"stopped after {model.num_timesteps} steps; go on with --resume")
             sys.exit(130)
     save_agent(model, config, args.out, {"trained_steps": model.num_timesteps, **describe(args)})
-    makers = {**baselines.CONTROLLERS, "ppo": lambda _: load(args.out)}
-    if args.history == 0:
-        table = compare(makers, EnvConfig())
-        table.to_csv(args.out / "compare.csv", index=False)
-        Console().print(compare_table(table))
+    table = compare({**baselines.CONTROLLERS, "ppo": lambda _: load(args.out)}, EnvConfig())
+    table.to_csv(args.out / "compare.csv", index=False)
+    Console(width=None if sys.stdout.isatty() else 120).print(compare_table(table))
 
 
 if __name__ == "__main__":
@@ -177,3 +216,6 @@ if __name__ == "__main__":
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(2)
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        sys.exit(130)

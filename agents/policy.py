@@ -6,6 +6,7 @@ import dataclasses
 import json
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -23,12 +24,16 @@ class Agent:
     Args:
         model: anything with stable-baselines3's `predict`.
         view: observation it was trained on.
+        history: past frames in that observation.
         scale: divisors of the observation, shape (d,).
         voltage_limit: V that an action of 1 stands for.
     """
 
-    def __init__(self, model: Any, view: View, scale: FloatArray, voltage_limit: float) -> None:
+    def __init__(
+        self, model: Any, view: View, history: int, scale: FloatArray, voltage_limit: float
+    ) -> None:
         self.view: View = view
+        self.history: int = history
         self._model, self._scale, self._limit = model, scale, voltage_limit
 
     def reset(self, n: int) -> None:
@@ -74,18 +79,29 @@ def load(folder: PathLike) -> Agent:
     """Read an agent written by `save_agent`.
 
     Raises:
-        InputError: the folder holds no agent, or the extra ``agents`` is not installed.
+        InputError: the folder holds no agent or a damaged one, or the extra ``agents`` is not
+            installed.
     """
     path = Path(folder)
     if not ((path / SETTING).is_file() and (path / MODEL).is_file()):
-        raise InputError(f"{path} holds no agent ({MODEL} and {SETTING}); train one with train.py")
+        raise InputError(
+            f"agent {path}: no {MODEL} and {SETTING} there; name a folder written by train.py"
+        )
     try:
         from stable_baselines3 import PPO
     except ImportError as error:
-        raise InputError("agents need torch: pip install 'drill-env[agents]'") from error
-    setting = json.loads((path / SETTING).read_text(encoding="utf-8"))
-    model = PPO.load(path / MODEL, device="cpu")
-    return Agent(model, setting["view"], np.array(setting["scale"]), setting["voltage_limit"])
+        raise InputError(f"agent {path} needs torch: pip install 'drill-env[agents]'") from error
+    try:
+        found = json.loads((path / SETTING).read_text(encoding="utf-8"))
+        scale = np.array(found["scale"], dtype=float)
+        view, history, limit = found["view"], int(found["history"]), float(found["voltage_limit"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"agent {path}: {SETTING} is damaged ({error}); train it again") from error
+    try:
+        model = PPO.load(path / MODEL, device="cpu")
+    except (BadZipFile, KeyError, ValueError, RuntimeError, AttributeError) as error:
+        raise InputError(f"agent {path}: {MODEL} is damaged ({error}); train it again") from error
+    return Agent(model, view, history, scale, limit)
 
 
 def describe(args: Any) -> dict[str, Any]:

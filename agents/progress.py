@@ -65,6 +65,10 @@ class TrainingProgress(BaseCallback):
         with replacing(curve) as name, name.open("w", encoding="utf-8", newline="") as stream:
             csv.writer(stream).writerows([("steps", "mean_return"), *old, *self._curve])
 
-    def _on_training_end(self) -> None:
-        self.save()
+    def stop(self) -> None:
+        """Save and take the bar away."""
         self._bar.stop()
+        self.save()
+
+    def _on_training_end(self) -> None:
+        self.stop()

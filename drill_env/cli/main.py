@@ -10,6 +10,7 @@ import typer
 from drill_env import __version__
 from drill_env._errors import InputError
 from drill_env.cli import recording_commands
+from drill_env.cli.bifurcation_command import bifurcation_command
 from drill_env.cli.compare_command import compare_command
 from drill_env.cli.demo_command import demo_command
 from drill_env.cli.rig_commands import rig_app
@@ -27,6 +28,7 @@ app = typer.Typer(
 )
 app.command("demo")(demo_command)
 app.add_typer(rig_app, name="rig")
+app.command("bifurcation")(bifurcation_command)
 app.command("simulate")(simulate_command)
 recording_commands.register(app)
 app.command("compare")(compare_command)

@@ -170,5 +170,6 @@ def _past_corner(corrector: Corrector, here: Point, failure: CycleError) -> Poin
         except CycleError:
             continue
     raise CycleError(
-        f"continuation stuck at parameter {here.z[4]:.9g}, arclength {here.arclength:.6g}: {failure}"
+        f"continuation stuck at parameter {here.z[4]:.9g}, arclength {here.arclength:.6g}: "
+        f"{failure}"
     ) from failure

@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from drill_env._types import FloatArray
+from drill_env._types import ComplexArray, FloatArray
 from drill_env.friction import kernel_record, lower_curve, lower_curve_slope
 from drill_env.integrator._advance import DONE, advance
 from drill_env.integrator._modes import start_mode
@@ -51,7 +51,7 @@ class LimitCycle:
     period: float
     min: float
     max: float
-    multipliers: np.ndarray
+    multipliers: ComplexArray
     trivial: float
     stable: bool
     character: Character
@@ -200,7 +200,7 @@ def describe(
         period=period,
         min=float(min([*minima, 0.0 if touches.any() else state[2]])),
         max=float(state[2]),
-        multipliers=rest,
+        multipliers=np.asarray(rest, dtype=np.complex128),
         trivial=float(values[own].real),
         stable=bool((np.abs(rest) < 1.0).all()),
         character=_character(bool((lower.kind == Kind.STICK).any()), turned > 0.0),

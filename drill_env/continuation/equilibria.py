@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from drill_env._errors import InputError
-from drill_env._types import FloatArray
+from drill_env._types import BoolArray, ComplexArray, FloatArray
 from drill_env.dynamics import equilibrium_state, equilibrium_voltage
 from drill_env.friction import lower_curve_slope
 from drill_env.parameters import Rig
@@ -81,11 +82,13 @@ def critical_slope(rig: Rig) -> float:
     quadratic = b / (ju * jl * jl)
     linear = k / jl**2 + b * b / (ju * ju * jl)
     constant = b * k / ju**2
-    roots = np.roots([quadratic, linear, constant]) if quadratic else np.array([0.0])
-    real = np.sort(roots[np.abs(roots.imag) < 1e-12 * (1.0 + np.abs(roots.real))].real)
-    if len(real) == 0:
+    if quadratic == 0.0:
+        return -constant / linear
+    root = linear * linear - 4.0 * quadratic * constant
+    if root < 0.0:
         raise InputError("no friction slope makes the equilibrium of this rig lose its stability")
-    return float(real[-1])
+    # The larger root without cancellation: linear is positive.
+    return -2.0 * constant / (linear + math.sqrt(root))
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,22 +108,22 @@ class EquilibriumBranch:
     omega: FloatArray
     twist: FloatArray
     slope: FloatArray
-    eigenvalues: np.ndarray
-    stable: np.ndarray
+    eigenvalues: ComplexArray
+    stable: BoolArray
 
 
 def equilibrium_branch(rig: Rig, omega: FloatArray) -> EquilibriumBranch:
     """The branch (11) at the speeds `omega` > 0 (rad/s), shape (n,)."""
     omega = np.asarray(omega, dtype=float)
     matrices = np.array([jacobian(rig, float(w)) for w in omega]).reshape(-1, 3, 3)
-    eigenvalues = np.linalg.eigvals(matrices)
+    eigenvalues = np.asarray(np.linalg.eigvals(matrices), dtype=np.complex128)
     return EquilibriumBranch(
         voltage=equilibrium_voltage(rig, omega),
         omega=omega,
         twist=np.array([equilibrium_state(rig, float(w))[0] for w in omega]),
         slope=lower_curve_slope(rig, omega),
         eigenvalues=eigenvalues,
-        stable=(eigenvalues.real < 0.0).all(axis=1),
+        stable=np.asarray((eigenvalues.real < 0.0).all(axis=1)),
     )
 
 

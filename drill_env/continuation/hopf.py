@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from drill_env._types import FloatArray
+from drill_env._types import ComplexArray, FloatArray
 from drill_env.continuation.equilibria import critical_slope, jacobian, speed_at
 from drill_env.dynamics import equilibrium_state, equilibrium_voltage
 from drill_env.friction import lower_curve_derivatives, lower_curve_slope
@@ -36,7 +36,7 @@ class HopfPoint:
     frequency: float
     lyapunov: float
     crossing: float
-    mode: np.ndarray
+    mode: ComplexArray
 
     @property
     def supercritical(self) -> bool:
@@ -77,11 +77,11 @@ def hopf_points(rig: Rig, to_volts: float) -> list[HopfPoint]:
 
 def _hopf_point(rig: Rig, omega: float) -> HopfPoint:
     matrix = jacobian(rig, omega)
-    values, vectors = np.linalg.eig(matrix)
+    values, vectors = _eig(matrix)
     i = int(np.argmax(values.imag))
     frequency = float(values[i].imag)
     right = vectors[:, i] / vectors[2, i]
-    left_values, left_vectors = np.linalg.eig(matrix.T)
+    left_values, left_vectors = _eig(matrix.T)
     left = left_vectors[:, int(np.argmin(np.abs(left_values - values[i].conjugate())))]
     left = left / np.vdot(left, right).conjugate()
     return HopfPoint(
@@ -96,28 +96,37 @@ def _hopf_point(rig: Rig, omega: float) -> HopfPoint:
     )
 
 
+def _eig(matrix: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    values, vectors = np.linalg.eig(matrix.astype(np.complex128))
+    return np.asarray(values, dtype=np.complex128), np.asarray(vectors, dtype=np.complex128)
+
+
+def _solve(matrix: FloatArray | ComplexArray, right: ComplexArray) -> ComplexArray:
+    return np.asarray(np.linalg.solve(matrix.astype(np.complex128), right), dtype=np.complex128)
+
+
 def _lyapunov(
-    rig: Rig, omega: float, matrix: FloatArray, frequency: float, q: np.ndarray, p: np.ndarray
+    rig: Rig, omega: float, matrix: FloatArray, frequency: float, q: ComplexArray, p: ComplexArray
 ) -> float:
     """First Lyapunov coefficient, Kuznetsov's formula, with |q| = 1 and <p, q> = 1.
 
     The only nonlinearity is T_l in the third equation.
     """
-    size = np.linalg.norm(q)
+    size = float(np.linalg.norm(q))
     q, p = q / size, p * size
     _, second, third = lower_curve_derivatives(rig, omega)
 
-    def quadratic(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return np.array([0.0, 0.0, -second * x[2] * y[2] / rig.Jl])
+    def quadratic(x: ComplexArray, y: ComplexArray) -> ComplexArray:
+        return np.array([0.0, 0.0, -second * x[2] * y[2] / rig.Jl], dtype=np.complex128)
 
     cubic = np.array([0.0, 0.0, -third * q[2] * q[2] * q[2].conjugate() / rig.Jl])
-    mean = np.linalg.solve(matrix.astype(complex), quadratic(q, q.conjugate()))
-    double = np.linalg.solve(2j * frequency * np.eye(3) - matrix, quadratic(q, q))
-    total = cubic - 2.0 * quadratic(q, mean) + quadratic(q.conjugate(), double)
+    mean = _solve(matrix, quadratic(q, q.conj()))
+    double = _solve(2j * frequency * np.eye(3) - matrix, quadratic(q, q))
+    total = cubic - 2.0 * quadratic(q, mean) + quadratic(q.conj(), double)
     return float(np.vdot(p, total).real / (2.0 * frequency))
 
 
-def _crossing(rig: Rig, omega: float, q: np.ndarray, p: np.ndarray) -> float:
+def _crossing(rig: Rig, omega: float, q: ComplexArray, p: ComplexArray) -> float:
     _, second, _ = lower_curve_derivatives(rig, omega)
     slope = float(lower_curve_slope(rig, omega))
     volts_per_omega = (rig.bu + rig.dbu + slope) / rig.km

@@ -12,13 +12,16 @@ from scipy.optimize import brentq
 from drill_env.continuation.branch import Corrector, Point
 from drill_env.continuation.cycle import CycleError, LimitCycle
 
-PointKind: TypeAlias = Literal["break-away", "hopf", "fold", "grazing", "reversal", "last stick"]
+PointKind: TypeAlias = Literal[
+    "break-away", "hopf", "fold", "grazing", "reversal", "last stick", "non-smooth fold"
+]
 """What happens at a special point.
 
 ``break-away``: the sticking set ends. ``grazing``: min omega_l reaches 0, sticking starts
 or ends. ``reversal``: at its first contact the lower disc starts, or stops, to be pulled
 through instead of sticking. ``last stick``: the same at a later contact, after which no
-phase of sticking is left.
+phase of sticking is left. ``non-smooth fold``: a cycle with and one without contact meet at
+a graze and the branch turns back at once.
 """
 
 _SPLITS = 14
@@ -124,11 +127,15 @@ def _contacts(
     before, after = signature(a.cycle), signature(b.cycle)
     if before == after:
         return
-    switch = [i for i in range(min(len(before), len(after))) if before[i] != after[i]]
-    if not switch and abs(len(before) - len(after)) == 1 and 0 in (len(before), len(after)):
+    short, long = sorted((before, after), key=len)
+    switch = [i for i in range(len(short)) if before[i] != after[i]]
+    if (short, long) == ((), (True,)):
         yield _grazing(segment, low, a, high)
-    elif len(switch) == 1 and abs(len(before) - len(after)) <= 1:
+    elif len(short) == len(long) and len(switch) == 1:
         yield _switch(segment, low, high, switch[0])
+    elif short and short[0] and long == (False, True, *short[1:]):
+        # Pulled through by a hair, the disc comes back at once and sticks then.
+        yield _switch(segment, low, high, 0)
     elif splits == 0:
         raise CycleError(
             f"contacts change from {before} to {after} at parameter {a.z[4]:.9g} in one place"
@@ -168,6 +175,7 @@ def _grazing(segment: _Segment, low: float, a: Point, high: float) -> SpecialPoi
             break
     else:
         return cycle_point("grazing", here.cycle, "min omega_l = 0 at a point of the branch", 0.0)
+    slope = 1.0
     for _ in range(60):
         slope = (there.cycle.min - here.cycle.min) / (other - free)
         root = other - there.cycle.min / slope

@@ -12,8 +12,9 @@ from drill_env._types import FloatArray
 from drill_env.continuation.branch import Corrector, Point, StepRule, follow, oriented
 from drill_env.continuation.cycle import CycleError, PeriodMap
 from drill_env.continuation.hopf import HopfPoint
-from drill_env.continuation.special import SpecialPoint, special_points
+from drill_env.continuation.special import SpecialPoint, cycle_point, special_points
 from drill_env.integrator import Disc, Kind, NegativeFrictionWarning, simulate
+from drill_env.parameters import Rig
 
 _MAX_POINTS = 3000
 # Cycles smaller than this share of their speed have shrunk to the equilibrium.
@@ -112,7 +113,10 @@ class Tracer:
             end = self._walk(corrector, points)
         except CycleError as error:
             end = str(error)
-            self.failures.append(end)
+            if points and _grazes(points[-1], self._flow.rig_at(float(points[-1].z[4]))):
+                end = self._corner(points[-1])
+            else:
+                self.failures.append(end)
         if len(points) > 1:
             self.branches.append(CycleBranch(tuple(points), start, end))
 
@@ -130,6 +134,16 @@ class Tracer:
             if len(points) >= _MAX_POINTS:
                 break
         return f"{_MAX_POINTS} points"
+
+    def _corner(self, last: Point) -> str:
+        """Log the non-smooth fold in which a branch ends; returns what ended it."""
+        value = float(last.z[4])
+        known = [p.parameter for p in self.points if p.kind == "non-smooth fold"]
+        if not any(abs(value - other) < 1e-5 * (1.0 + abs(value)) for other in known):
+            how = "the smallest step fails at a graze: min omega_l = 0 or the margin is used up"
+            point = cycle_point("non-smooth fold", last.cycle, how, 1e-6 * (1.0 + abs(value)))
+            self.points.append(point)
+        return f"non-smooth fold at {value:.7g}"
 
     def _note_special_points(self, corrector: Corrector, a: Point, b: Point) -> None:
         try:
@@ -149,6 +163,14 @@ class Tracer:
         if near:
             return f"shrank into the Hopf point at {self._hopf[near[0]].voltage:.6g} V"
         return f"shrank to an equilibrium at {value:.6g}"
+
+
+def _grazes(point: Point, rig: Rig) -> bool:
+    """Whether the cycle barely misses, or barely keeps, its contact with omega_l = 0."""
+    cycle = point.cycle
+    if not cycle.hits:
+        return 0.0 <= cycle.min < 1e-5 * cycle.max
+    return len(cycle.hits) == 1 and 0.0 <= cycle.hits[0] < 1e-2 * rig.Tsl
 
 
 def settled_cycle(flow: PeriodMap, value: float) -> FloatArray | None:
@@ -171,4 +193,5 @@ def settled_cycle(flow: PeriodMap, value: float) -> FloatArray | None:
     if len(highest) < 2 or top - lows.min() < 1e-2 * (1.0 + top):
         return None
     i, j = highest[-2:]
-    return np.append(peaks.state[j, :3], [peaks.t[j] - peaks.t[i], value])
+    period = float(peaks.t[j] - peaks.t[i])
+    return np.concatenate([peaks.state[j, :3], [period, value]])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -58,6 +59,9 @@ def _from_table(table: dict[str, Any], effects: tuple[dict[str, Any], ...]) -> R
         raise InputError(f"unknown key {unknown[0]}; known: {' '.join((*SYMBOLS, *_OPTIONS))}")
     if not isinstance(table.get("clamp", False), bool):
         raise InputError(f"clamp is {table['clamp']!r}: give true or false")
+    # TOML's true and 1.0 equal 1 in Python.
+    if type(table.get("inertias", 2)) is not int:
+        raise InputError(f"inertias is {table['inertias']!r}: give 1 (upper disc alone) or 2")
     one = table.get("inertias", 2) == 1
     unused = _UNUSED.get(str(table.get("friction", "humped")), ())
     needed = _UPPER if one else tuple(s for s in SYMBOLS if s not in unused)
@@ -67,30 +71,39 @@ def _from_table(table: dict[str, Any], effects: tuple[dict[str, Any], ...]) -> R
             f"missing key {', '.join(missing)}; start from the output of `drill-env rig show`"
         )
     if one:
-        return Rig.one_inertia(**{name: table[name] for name in _UPPER})
+        if table.get("ktheta", 0) != 0:
+            raise InputError("ktheta is given with inertias = 1, which has no string: remove it")
+        alone = Rig.one_inertia(**{name: table[name] for name in _UPPER})
+        return alone.replace(**table, effects=effects)
     return Rig(**{"beta1": 1.0, "beta2": 1.0, "T1": 0.0, "T2": 0.0, **table}, effects=effects)
 
 
 def dump_rig(rig: Rig) -> str:
     """The text of a rig file, with each unit as a comment."""
     units = {f.name: f.metadata for f in fields(Rig) if f.metadata}
-    keys = _UPPER if rig.inertias == 1 else SYMBOLS
+    one = rig.inertias == 1
+    bare = Rig.one_inertia(km=1.0, Ju=1.0, Tsu=0.0, bu=0.0) if one else None
+    keys = [n for n in SYMBOLS if n in _UPPER or not one or getattr(rig, n) != getattr(bare, n)]
     width = max(len(f"{name} = {getattr(rig, name)!r}") for name in keys)
     lines = ["[rig]"]
     for name in keys:
         entry = f"{name} = {getattr(rig, name)!r}"
-        note = units[name]["meaning"] if rig.inertias == 1 else _note(units[name])
+        note = units[name]["meaning"] if one else _note(units[name])
         lines.append(f"{entry:<{width}}  # {note}")
-    if rig.inertias == 1:
-        lines.append("inertias = 1")
-    else:
+    if bare is None or rig.friction != bare.friction:
         lines.append(f'friction = "{rig.friction}"')
-        if rig.clamp:
-            lines.append("clamp = true")
-    text = "\n".join(lines) + "\n"
-    if rig.effects:
-        text += "\n" + tomli_w.dumps({"effects": [dict(e) for e in rig.effects]})
-    return text
+    if one:
+        lines.append("inertias = 1")
+    if rig.clamp:
+        lines.append("clamp = true")
+    return "\n".join(lines) + "\n" + "".join(_effect_text(effect) for effect in rig.effects)
+
+
+def _effect_text(effect: Mapping[str, Any]) -> str:
+    # As a table of its own: tomli_w would write short lists of tables inline, which after
+    # [rig] would become one of its keys.
+    body = tomli_w.dumps({"effects": dict(effect)}).removeprefix("[effects]\n")
+    return f"\n[[effects]]\n{body}"
 
 
 def _note(metadata: Any) -> str:

@@ -1,4 +1,4 @@
-"""Each controller's speeds over the open-loop diagram."""
+"""Each controller's speeds over the open-loop diagram, panel by panel."""
 
 from __future__ import annotations
 
@@ -13,24 +13,39 @@ from matplotlib.figure import Figure
 from drill_env._files import replacing
 from drill_env.benchmark import open_loop_diagram
 from drill_env.parameters import Rig
+from drill_env.report.compare_table import vibration_free
 
-_COLOURS = ("#c0392b", "#1f5fa8", "#1b8a5a", "#8e44ad", "#d68910", "#16a2b8", "#7f6000", "#555555")
+_BAD, _GOOD = "#c0392b", "#1f5fa8"
 _GRID_POINTS = 121
 
 
-def _diagram(axes: Any, rig: Rig, limit: float, top: float) -> None:
-    volts = np.linspace(rig.breakaway_voltage * 1.02, limit, _GRID_POINTS)
-    loop = open_loop_diagram(rig, volts)
-    loop = loop[loop.equilibrium <= top]
+def _diagram(axes: Any, loop: pd.DataFrame) -> None:
     axes.fill_between(
-        loop.equilibrium, loop["min"], loop["max"], color="0.88", label="open loop: min to max"
+        loop.equilibrium,
+        loop["min"],
+        loop["max"],
+        color="0.88",
+        label="open loop, constant voltage",
     )
-    axes.plot(loop.equilibrium, loop.equilibrium, color="0.45", lw=1.0, label="wanted speed")
-    axes.axhline(0.0, color="0.6", lw=0.6)
+    axes.plot(loop.equilibrium, loop.equilibrium, color="0.55", lw=0.8, label="set point")
+    axes.axhline(0.0, color="0.7", lw=0.6)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _bars(axes: Any, group: pd.DataFrame) -> None:
+    free = vibration_free(group)
+    for part, colour, label in (
+        (group[~free], _BAD, "min to max, vibrates or misses"),
+        (group[free], _GOOD, "min to max, free of vibration"),
+    ):
+        axes.vlines(part.setpoint, part["min"], part["max"], color=colour, lw=2.0)
+        axes.plot(part.setpoint, part["mean"], "o", color=colour, ms=3.5, label=label)
 
 
 def compare_figure(runs: pd.DataFrame, rig: Rig, limit: float) -> Figure:
-    """Vertical bars from min to max of omega_l at each set point, one panel a start.
+    """Bars from min to max of omega_l over the open-loop diagram.
+
+    One column a controller, one row a start, so that no bars cover each other.
 
     Args:
         runs: table of `drill_env.benchmark.compare`.
@@ -39,28 +54,31 @@ def compare_figure(runs: pd.DataFrame, rig: Rig, limit: float) -> Figure:
     """
     starts = list(dict.fromkeys(runs.start))
     names = list(dict.fromkeys(runs.controller))
-    points = np.sort(runs.setpoint.unique())
-    figure = Figure(figsize=(11.0, 4.6), layout="constrained")
+    loop = open_loop_diagram(rig, np.linspace(rig.breakaway_voltage * 1.02, limit, _GRID_POINTS))
+    loop = loop[loop.equilibrium <= 1.06 * float(runs.setpoint.max())]
+    size = (1.2 + 2.6 * max(len(names), 2), 0.9 + 2.4 * len(starts))
+    figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
-    panels = figure.subplots(1, len(starts), sharey=True, squeeze=False)[0]
-    for axes, start in zip(panels, starts, strict=True):
-        _diagram(axes, rig, limit, float(points.max()) * 1.06)
-        for i, name in enumerate(names):
+    panels = figure.subplots(len(starts), len(names), sharex=True, sharey=True, squeeze=False)
+    for start, line in zip(starts, panels, strict=True):
+        for name, axes in zip(names, line, strict=True):
             group = runs[(runs.start == start) & (runs.controller == name)]
-            shift = (i - 0.5 * (len(names) - 1)) * 0.012 * float(points.max())
-            colour = _COLOURS[i % len(_COLOURS)]
-            x = group.setpoint + shift
-            axes.vlines(x, group["min"], group["max"], color=colour, lw=2.2, label=name)
-            axes.plot(x, group["mean"], "o", color=colour, ms=3.0)
-        axes.set_title(f"start: {start.replace('_', ' ')}", fontsize=10, loc="left")
-        axes.set_xlabel("set point [rad/s]")
-        axes.spines[["top", "right"]].set_visible(False)
-    panels[0].set_ylabel(r"lower disc speed $\omega_l$ [rad/s]")
-    panels[0].legend(frameon=False, fontsize=9, loc="upper left")
+            _diagram(axes, loop)
+            _bars(axes, group)
+            count = f"{int(vibration_free(group).sum())} of {len(group)} free of vibration"
+            title = f"{name}, from {str(start).replace('_', ' ')}\n{count}"
+            axes.set_title(title, fontsize=9, loc="left")
+    figure.supxlabel("set point [rad/s]", fontsize=10)
+    figure.supylabel(r"lower disc speed $\omega_l$ [rad/s]", fontsize=10)
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    figure.legend(
+        handles, labels, loc="outside upper left", ncols=2 if len(names) < 3 else 4,
+        frameon=False, fontsize=9,
+    )  # fmt: skip
     return figure
 
 
 def save_compare_picture(runs: pd.DataFrame, rig: Rig, limit: float, path: Path) -> None:
     """Write the picture of a comparison."""
     with replacing(path) as temporary:
-        compare_figure(runs, rig, limit).savefig(temporary, dpi=150, format="png")
+        compare_figure(runs, rig, limit).savefig(temporary, dpi=130, format="png")

@@ -48,7 +48,7 @@ def replay_figure(result: ReplayResult) -> Figure:
 def _traces(
     axis: Axes, t: FloatArray, measured: FloatArray, simulated: FloatArray, label: str
 ) -> None:
-    axis.plot(t, measured, color=_MEASURED, lw=1.4, label="experiment")
+    axis.plot(t, measured, color=_MEASURED, lw=1.4, label="recording")
     axis.plot(t, simulated, color=_SIMULATED, lw=1.0, ls="--", label="simulation")
     axis.set_ylabel(label)
     _legend(axis)
