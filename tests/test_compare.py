@@ -80,6 +80,7 @@ def test_no_forward_speed_is_infinite_severity_and_never_free(omega):
     assert json.dumps(_plain(table.to_dict("records")), allow_nan=False)
 
 
+@pytest.mark.filterwarnings("ignore::drill_env.integrator.NegativeFrictionWarning")
 def test_open_loop_ends_where_the_exact_simulation_does(runs):
     rig = Rig.paper()
     for setpoint in (1.0, 3.0, 8.5):

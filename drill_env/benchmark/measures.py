@@ -65,7 +65,8 @@ def measure(
     count = min(len(omega_l), max(1, round(window_s / period)))
     tail, volts = omega_l[-count:], voltage[-count:]
     mean, low, high = float(tail.mean()), float(tail.min()), float(tail.max())
-    outside = np.flatnonzero(np.abs(omega_l - setpoint) > BAND * setpoint)
+    # Put this way round, NaN counts as outside.
+    outside = np.flatnonzero(~(np.abs(omega_l - setpoint) <= BAND * setpoint))
     last = int(outside[-1]) + 1 if len(outside) else 0
     rate = np.diff(volts) / period
     return Measures(

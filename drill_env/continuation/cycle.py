@@ -8,7 +8,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from drill_env._types import ComplexArray, FloatArray
-from drill_env.friction import kernel_record, lower_curve, lower_curve_slope
+from drill_env.friction import kernel_record
+from drill_env.friction._kernels import map_lower
 from drill_env.integrator._advance import DONE, advance
 from drill_env.integrator._modes import start_mode
 from drill_env.integrator._records import EVENT, N_STATE, RUN, new_work
@@ -92,6 +93,8 @@ class PeriodMap:
     ) -> None:
         self.rig, self.parameter, self.volts = rig, parameter, volts
         self._p = kernel_record(rig)
+        self._set_value = float("nan")
+        self._speed, self._torque, self._slope = np.zeros(1), np.zeros(1), np.zeros(1)
         self._work = new_work(
             rtol, 0.1 * rtol, rig.natural_period / 12.0, extrema=True, sensitivity=True
         )
@@ -120,8 +123,7 @@ class PeriodMap:
         """
         if not (period > 0.0 and np.isfinite(state).all() and np.isfinite(value)):
             raise CycleError(f"shooting left the range of sense: period {period}, state {state}")
-        if self.parameter != "voltage":
-            self._p = kernel_record(self.rig_at(value))
+        self._set(value)
         run, work, volts = self._run, self._work, self.voltage_at(value)
         run[:] = np.zeros(1, dtype=RUN)
         run["y"][0, :3] = state
@@ -153,10 +155,10 @@ class PeriodMap:
         return out
 
     def rates(self, state: FloatArray, volts: float) -> FloatArray:
-        """Rates of (twist, omega_u, omega_l) with both discs turning forward, shape (3,)."""
+        """Rates of (twist, omega_u, omega_l) with the upper disc turning forward, shape (3,)."""
         p = self._p[0]
         upper = (p["Tsu"] + p["dTsu"]) + (p["bu"] + p["dbu"]) * state[1]
-        lower = float(np.sign(state[2]) or 1.0) * float(lower_curve(self.rig, state[2]))
+        lower = (-1.0 if state[2] < 0.0 else 1.0) * self._friction(state[2])[0]
         return np.array(
             [
                 state[1] - state[2],
@@ -167,18 +169,34 @@ class PeriodMap:
 
     def phase(self, state: FloatArray, value: float) -> tuple[float, FloatArray]:
         """Section condition ktheta twist = T_l(omega_l), and its gradient by (state, T, value)."""
-        rig = self.rig_at(value)
-        torque = float(lower_curve(rig, state[2]))
-        slope = float(lower_curve_slope(rig, state[2]))
-        gradient = np.array([rig.ktheta, 0.0, -slope, 0.0, 0.0])
         if self.parameter != "voltage":
             step = 1e-7 * max(abs(value), 1e-3)
-            far = self.rig_at(value + step)
-            near = self.rig_at(value - step)
-            high = far.ktheta * state[0] - float(lower_curve(far, state[2]))
-            low = near.ktheta * state[0] - float(lower_curve(near, state[2]))
-            gradient[4] = (high - low) / (2.0 * step)
-        return rig.ktheta * state[0] - torque, gradient
+            margins = []
+            for near in (value - step, value + step):
+                self._set(near)
+                margins.append(self._p["ktheta"][0] * state[0] - self._friction(state[2])[0])
+        self._set(value)
+        torque, slope = self._friction(state[2])
+        ktheta = float(self._p["ktheta"][0])
+        gradient = np.array([ktheta, 0.0, -slope, 0.0, 0.0])
+        if self.parameter != "voltage":
+            gradient[4] = (margins[1] - margins[0]) / (2.0 * step)
+        return ktheta * state[0] - torque, gradient
+
+    def _set(self, value: float) -> None:
+        """Write the continued parameter into the kernels' record."""
+        if self.parameter != "voltage" and value != self._set_value:
+            self._p = kernel_record(self.rig_at(value))
+            self._set_value = value
+
+    def _friction(self, omega: float) -> tuple[float, float]:
+        """T_l and its slope at one speed, past the array interface of `drill_env.friction`."""
+        self._speed[0] = abs(omega)
+        map_lower(self._p[0], self._speed, False, self._torque)
+        map_lower(self._p[0], self._speed, True, self._slope)
+        if self.rig.clamp and self._torque[0] < 0.0:
+            return 0.0, 0.0
+        return float(self._torque[0]), float(self._slope[0])
 
 
 def describe(

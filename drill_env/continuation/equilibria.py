@@ -9,8 +9,8 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import BoolArray, ComplexArray, FloatArray
-from drill_env.dynamics import equilibrium_state, equilibrium_voltage
-from drill_env.friction import lower_curve_slope
+from drill_env.dynamics import equilibrium_voltage
+from drill_env.friction import lower_curve, lower_curve_slope
 from drill_env.parameters import Rig
 
 
@@ -115,13 +115,18 @@ class EquilibriumBranch:
 def equilibrium_branch(rig: Rig, omega: FloatArray) -> EquilibriumBranch:
     """The branch (11) at the speeds `omega` > 0 (rad/s), shape (n,)."""
     omega = np.asarray(omega, dtype=float)
-    matrices = np.array([jacobian(rig, float(w)) for w in omega]).reshape(-1, 3, 3)
+    slope = lower_curve_slope(rig, omega)
+    matrices = np.empty((len(omega), 3, 3))
+    if len(omega):
+        # Only the last entry depends on the speed.
+        matrices[:] = jacobian(rig, float(omega[0]))
+        matrices[:, 2, 2] = -slope / rig.Jl
     eigenvalues = np.asarray(np.linalg.eigvals(matrices), dtype=np.complex128)
     return EquilibriumBranch(
         voltage=equilibrium_voltage(rig, omega),
         omega=omega,
-        twist=np.array([equilibrium_state(rig, float(w))[0] for w in omega]),
-        slope=lower_curve_slope(rig, omega),
+        twist=lower_curve(rig, omega) / rig.ktheta,
+        slope=slope,
         eigenvalues=eigenvalues,
         stable=np.asarray((eigenvalues.real < 0.0).all(axis=1)),
     )

@@ -1,5 +1,6 @@
 """Event-driven integration of the set-valued rig."""
 
+from drill_env.integrator.batch import simulate_batch
 from drill_env.integrator.simulate import REST, NegativeFrictionWarning, simulate
 from drill_env.integrator.trajectory import Disc, Events, Kind, Trajectory
 from drill_env.integrator.voltage import (
@@ -23,4 +24,5 @@ __all__ = [
     "function_voltage",
     "sampled_voltage",
     "simulate",
+    "simulate_batch",
 ]

@@ -90,7 +90,7 @@ def choose_step(run, work, t_eval):
 def reject(run, tab, h, error):
     """Shorten the next try; a collapse of the step is a failure."""
     run.rejected += 1
-    factor = 0.9 * error ** (-1.0 / tab.order) if error == error else 0.1
+    factor = 0.8 * error ** (-1.0 / tab.order) if error == error else 0.1
     run.h = h * max(0.2, factor)
     return STEP_TOO_SMALL if run.h < 1e-14 * (1.0 + abs(run.t)) else DONE
 
@@ -98,7 +98,8 @@ def reject(run, tab, h, error):
 @kernel
 def adapt(run, tab, h, clipped, error):
     """Set the next step from the error of an accepted one."""
-    grow = 5.0 if error < 1e-5 else min(5.0, 0.9 * error ** (-1.0 / tab.order))
+    # Slow growth: the friction is steep near rest, and a long step into it is lost.
+    grow = 2.0 if error < 1e-3 else min(2.0, 0.8 * error ** (-1.0 / tab.order))
     new = h * max(grow, 0.3)
     # A step cut short by a sample or a jump says nothing against longer ones.
     run.h = max(new, run.h) if clipped and grow >= 1.0 else new

@@ -12,7 +12,14 @@ from drill_env._types import FloatArray, IntArray, Method, VoltageFunction
 from drill_env.friction import kernel_record, negative_range
 from drill_env.integrator._advance import LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS, advance
 from drill_env.integrator._modes import start_mode
-from drill_env.integrator._records import EVENT, N_COLUMNS, N_STATE, RUN, new_work
+from drill_env.integrator._records import (
+    EVENT,
+    N_COLUMNS,
+    N_STATE,
+    RUN,
+    STEPS_PER_PERIOD,
+    new_work,
+)
 from drill_env.integrator._tableau import TABLEAUX
 from drill_env.integrator.trajectory import Events, Trajectory
 from drill_env.integrator.voltage import Voltage, as_voltage
@@ -81,7 +88,9 @@ def simulate(
         start_mode(p[0], run[0], float(drive(t_start)))
     else:
         run["mode"] = modes
-    work = new_work(rtol, atol, rig.natural_period / 12.0, extrema=extrema, sensitivity=sensitivity)
+    work = new_work(
+        rtol, atol, rig.natural_period / STEPS_PER_PERIOD, extrema=extrema, sensitivity=sensitivity
+    )
     # A stuck disc shrugs a small push off.
     for which in range(2):
         if run["mode"][0, which] == 0:
