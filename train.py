@@ -1,12 +1,16 @@
 """Train a PPO agent on the drill-string rig and put it on the table.
 
-Short run, about two minutes on two cores:
+The agent of the README's picture, three million steps:
 
     python train.py --out runs/ppo
 
-Upper encoder alone, with history:
+A look at how it runs, too short to learn the task:
 
-    python train.py --view surface --history 8 --total-steps 4000000 --out runs/surface-ppo
+    python train.py --total-steps 200000 --out runs/short
+
+Upper encoder alone, with history; this one does not learn to end the vibration:
+
+    python train.py --view surface --history 8 --total-steps 6000000 --out runs/surface-ppo
 
 Go on after an interruption (Ctrl-C keeps the last checkpoint):
 
@@ -51,7 +55,7 @@ class Args:
     """plants met in training: L0 to L3"""
     episode_seconds: float = 30.0
     """length of a training episode, s"""
-    total_steps: int = 1_500_000
+    total_steps: int = 3_000_000
     """environment steps"""
     num_envs: int = 256
     """rigs simulated side by side"""

@@ -82,7 +82,7 @@ def basins(
 
 
 def swings(rig: Rig, volts: float) -> tuple[float, float] | None:
-    """max - min of omega_l on the unstable and the stable cycle, None unless both exist."""
+    """Swing of omega_l (max - min) on the unstable and the stable cycle, None unless both exist."""
     diagram = bifurcation_diagram(rig, 1.2 * volts)
     found: dict[bool, tuple[float, float]] = {}
     for point in (point for branch in diagram.branches for point in branch.points):

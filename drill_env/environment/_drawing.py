@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from math import ceil, floor, log10
 from types import ModuleType
 from typing import TYPE_CHECKING, TypeAlias
@@ -221,60 +220,6 @@ class Canvas:
 
 def _corner(center: Point, rx: float, ry: float) -> Point:
     return center[0] - rx, center[1] - ry
-
-
-@dataclass(frozen=True, slots=True)
-class Chart:
-    """A plot area with axes against time.
-
-    Attributes:
-        box: the plot area in picture units.
-        times: left and right end of the time axis in s.
-        values: lower and upper end of the value axis.
-    """
-
-    box: Box
-    times: tuple[float, float]
-    values: tuple[float, float]
-
-    def place(self, t: FloatArray, y: FloatArray) -> FloatArray:
-        """Map samples to picture units.
-
-        Args:
-            t: times in s, shape (n,).
-            y: values, shape (n,).
-
-        Returns:
-            Points, shape (n, 2).
-        """
-        left, top, width, height = self.box
-        share_t = (t - self.times[0]) / (self.times[1] - self.times[0])
-        share_y = (y - self.values[0]) / (self.values[1] - self.values[0])
-        return np.column_stack([left + width * share_t, top + height * (1.0 - share_y)])
-
-    def draw_axes(self, canvas: Canvas, title: str, *, time_labels: bool) -> None:
-        """Draw the grid, the tick labels and the title.
-
-        Args:
-            canvas: where to draw.
-            title: quantity and unit, set above the value axis.
-            time_labels: whether the time axis is labelled too.
-        """
-        left, top, width, height = self.box
-        canvas.text(title, (left, top - 12), 12, INK)
-        marks = ticks(*self.values, 8 if height > 150 else 4)
-        digits = max(0, -floor(log10(marks[1] - marks[0]) + 1e-9)) if len(marks) > 1 else 1
-        for value in marks:
-            y = float(self.place(np.array(self.times[:1]), np.array([value]))[0, 1])
-            canvas.line(MUTED if value == 0.0 else GRID, (left, y), (left + width, y))
-            canvas.text(minus(f"{value + 0.0:.{digits}f}"), (left - 7, y), 11, MUTED, "right")
-        for time in ticks(*self.times, 6):
-            x = float(self.place(np.array([time]), np.array(self.values[:1]))[0, 0])
-            canvas.line(GRID, (x, top), (x, top + height))
-            if time_labels:
-                canvas.text(minus(f"{time:g}"), (x, top + height + 10), 11, MUTED, "center")
-        if time_labels:
-            canvas.text("time, s", (left + width, top + height + 25), 11, MUTED, "right")
 
 
 class Window:
