@@ -13,6 +13,7 @@ from drill_env.continuation.cycle import CycleError, LimitCycle, PeriodMap, Shot
 
 _TOLERANCE = 1e-10
 _NEWTON_LIMIT = 8
+_IDENTITY = np.eye(3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,9 +65,10 @@ class Corrector:
         """Closure and section condition, shape (4,), and their scaled Jacobian, (4, 5)."""
         shot = self.flow.shoot(z[:3], z[3], z[4])
         condition, gradient = self.flow.phase(z[:3], z[4])
-        matrix = np.vstack([shot.jacobian, gradient])
-        matrix[:3, :3] -= np.eye(3)
-        value = np.append(shot.end - z[:3], condition)
+        value, matrix = np.empty(4), np.empty((4, 5))
+        value[:3], value[3] = shot.end - z[:3], condition
+        matrix[:3], matrix[3] = shot.jacobian, gradient
+        matrix[:3, :3] -= _IDENTITY
         return value, matrix * self.scale, shot
 
     def solve(

@@ -79,17 +79,21 @@ class _Segment:
     def __init__(self, corrector: Corrector, a: Point, b: Point) -> None:
         self.corrector, self.a, self.b = corrector, a, b
         self.length = b.arclength - a.arclength
+        chord = (b.z - a.z) / corrector.scale
+        self.border = chord / np.linalg.norm(chord)
 
     def __call__(self, s: float) -> Point:
         if s <= 0.0:
             return self.a
         if s >= self.length:
             return self.b
-        # The chord's hyperplanes meet the branch at both ends too.
-        share = s / self.length
-        guess = (1.0 - share) * self.a.z + share * self.b.z
-        chord = (self.b.z - self.a.z) / self.corrector.scale
-        return self.corrector.point(guess, chord / np.linalg.norm(chord), self.a.arclength + s)
+        # Hermite's cubic through both ends and their tangents: a close first guess.
+        r = s / self.length
+        ends = (2.0 * r - 3.0) * r * r
+        out, into = r * (1.0 - r) ** 2, r * r * (r - 1.0)
+        bow = self.length * (out * self.a.tangent + into * self.b.tangent)
+        guess = self.a.z + ends * (self.a.z - self.b.z) + self.corrector.scale * bow
+        return self.corrector.point(guess, self.border, self.a.arclength + s)
 
 
 def special_points(corrector: Corrector, a: Point, b: Point) -> Iterator[SpecialPoint]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.dynamics import equilibrium_state, equilibrium_voltage
-from drill_env.environment._kernel import settle_on_cycle, start_row, step_rows
+from drill_env.environment._kernel import start_row, step_rows
 from drill_env.environment._records import (
     REWARD_TERMS,
     ROW,
@@ -21,12 +20,12 @@ from drill_env.environment._records import (
     Rows,
     new_buffers,
 )
+from drill_env.environment._starts import place
 from drill_env.environment.config import (
     SETPOINT_BOUND,
     SPEED_BOUND,
     TWIST_BOUND,
     EnvConfig,
-    Start,
     check_setpoint,
 )
 from drill_env.friction import kernel_record
@@ -37,7 +36,6 @@ from drill_env.parameters.uncertainty import perturb_record
 
 _NEVER = -1
 _NOISE_ROWS = 128
-_SETTLE_S, _WATCH_S = 30.0, 14.0
 _RESET_KEYS = {"setpoint", "schedule", "start", "state", "phase", "rig", "delay_s", "friction_step"}
 
 
@@ -160,7 +158,7 @@ class EnvCore:
         row["run"]["y"] = 0.0
         setpoint = self._set_targets(i, uniforms[8], options)
         self._set_friction_step(row, uniforms[9:11], options)
-        self._place(row, setpoint, uniforms[11:16], options)
+        place(row, self.config, setpoint, uniforms[11:16], options, self.settling)
         if self.rows.noise.shape[1]:
             self._draw_noise(i)
         start_row(i, self.rows, self.setting[0])
@@ -220,49 +218,8 @@ class EnvCore:
         row["friction_step"] = round(time / self.config.control_period)
         row["friction_factor"] = low + (high - low) * uniforms[1]
 
-    def _place(
-        self, row: Any, setpoint: float, uniforms: FloatArray, options: Mapping[str, Any]
-    ) -> None:
-        start: Start = options.get("start", "state" if "state" in options else self.config.start)
-        if start not in get_args(Start):
-            raise InputError(f"start is {start!r}: give one of {', '.join(get_args(Start))}")
-        if start == "random":
-            start = ("rest", "limit_cycle", "ring")[min(int(3 * uniforms[0]), 2)]
-        rig, limit = self.config.rig, self.config.voltage_limit
-        y = row["run"]["y"]
-        row["voltage"] = 0.0
-        if start == "state":
-            y[:] = _explicit_state(options.get("state"))
-        elif start != "rest":
-            row["voltage"] = min(float(equilibrium_voltage(rig, setpoint)), limit)
-            y[:] = equilibrium_state(rig, setpoint)
-        if start == "ring":
-            pulse = np.sqrt(rig.ktheta / rig.Jl)
-            radius, angle = setpoint / pulse * uniforms[1], 2.0 * np.pi * uniforms[2]
-            y[0] += radius * np.cos(angle)
-            y[2] += radius * pulse * np.sin(angle)
-        elif start == "limit_cycle":
-            phase = float(options.get("phase", uniforms[3]))
-            if not 0 <= phase <= 1:
-                raise InputError(f"phase is {phase}: give 0 to 1, the share of a period")
-            if not settle_on_cycle(
-                row["p"], row["run"], row["voltage"], phase, _SETTLE_S, _WATCH_S,
-                TABLEAUX["dop853"][0], self.settling,
-            ):  # fmt: skip
-                raise RuntimeError("integration failed while settling on the limit cycle")
-
     def _draw_noise(self, i: int) -> None:
         noise, rng = self.rows.noise, self._rngs[i]
         noise[i, :, :, :2] = rng.standard_normal((*noise.shape[1:3], 2))
         noise[i, :, :, 2:] = rng.random((*noise.shape[1:3], 2))
         self.row[i]["noise_row"] = 0
-
-
-def _explicit_state(state: Any) -> FloatArray:
-    given = np.asarray([] if state is None else state, dtype=float)
-    if given.shape not in ((3,), (4,)) or not np.isfinite(given).all():
-        raise InputError(
-            "reset option state must be three or four finite numbers: twist (rad), omega_u, "
-            "omega_l (rad/s), theta_l (rad)"
-        )
-    return np.append(given, 0.0)[:4]
