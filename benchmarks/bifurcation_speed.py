@@ -10,163 +10,151 @@ and special points. AUTO needs a smooth system: sign(omega) becomes tanh(omega /
 from __future__ import annotations
 
 import json
-import shutil
 import statistics
-import subprocess
 import tempfile
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
+from peers.auto_tanh import (
+    AT,
+    DEFAULT_STEP,
+    LONG_STEP,
+    NTST,
+    RIG,
+    TO_VOLTS,
+    AutoRun,
+    compile_auto,
+    run_auto,
+)
+from peers.common import NotInstalledError
 from rich.console import Console
 from rich.table import Table
 
 from drill_env.continuation import Diagram, bifurcation_diagram
 from drill_env.continuation.branch import Corrector
 from drill_env.continuation.cycle import PeriodMap
-from drill_env.dynamics import equilibrium_speed, equilibrium_state
-from drill_env.parameters import Rig
 
-TO_VOLTS, NTST, COLLOCATION = 20.0, 200, 4
 BAR = 1.0 / 3.0
-AUTO_LIB = Path("/usr/lib/auto-07p/lib")
-RIG = Rig()
-
-MODEL = """
-subroutine func(ndim, u, icp, par, ijac, f, dfdu, dfdp)
-  implicit none
-  integer, intent(in) :: ndim, icp(*), ijac
-  double precision, intent(in) :: u(ndim), par(*)
-  double precision, intent(out) :: f(ndim)
-  double precision, intent(inout) :: dfdu(ndim, ndim), dfdp(ndim, *)
-  double precision :: w, s, upper, lower
-  w = abs(u(3))
-  s = tanh(u(2) / {eps})
-  upper = s * {Tsu} + {dTsu} + ({bu} + s * {dbu}) * u(2)
-  lower = {Tsl} + {bl} * w + {T1} * tanh(0.5d0 * {beta1} * w) + {T2} * tanh(0.5d0 * {beta2} * w)
-  lower = lower * tanh(u(3) / {eps})
-  f(1) = u(2) - u(3)
-  f(2) = ({km} * par(1) - {ktheta} * u(1) - upper) / {Ju}
-  f(3) = ({ktheta} * u(1) - lower) / {Jl}
-end subroutine
-subroutine stpnt(ndim, u, par, t)
-  implicit none
-  integer, intent(in) :: ndim
-  double precision, intent(inout) :: u(ndim), par(*)
-  double precision, intent(in) :: t
-  par(1) = {volts}
-  u(1) = {twist}
-  u(2) = {omega}
-  u(3) = {omega}
-end subroutine
-subroutine pvls(ndim, u, par)
-  implicit none
-  integer, intent(in) :: ndim
-  double precision, intent(in) :: u(ndim)
-  double precision, intent(inout) :: par(*)
-  double precision, external :: getp
-  par(12) = getp('MIN', 3, u)
-end subroutine
-subroutine bcnd
-end subroutine
-subroutine icnd
-end subroutine
-subroutine fopt
-end subroutine
-"""
-
-EQUILIBRIA = """
-NDIM=3, IPS=1, IRS=0, ILP=1, ICP=[1], NTST={ntst}, NCOL={ncol}, IAD=3, ISP=1, ISW=1,
-IPLT=0, NBC=0, NINT=0, NMX=600, NPR=0, MXBF=0, IID=0, ITMX=8, ITNW=5, NWTN=3, JAC=0,
-RL0=0.1, RL1=20.5, EPSL=1e-09, EPSU=1e-09, EPSS=1e-07, DS=-0.05, DSMIN=1e-6, DSMAX=0.5, IADS=1
-"""
-# Cycles end where the smallest speed comes close to that of the equilibrium D: AUTO would
-# otherwise retrace the branch through the Hopf point.
-CYCLES = """
-NDIM=3, IPS=2, IRS={label}, ILP=1, ICP=[1, 11, 12], NTST={ntst}, NCOL={ncol}, IAD=3, ISP=2,
-ISW=1, IPLT=0, NBC=0, NINT=0, NMX=900, NPR=0, MXBF=0, IID=0, ITMX=8, ITNW=5, NWTN=3, JAC=0,
-RL0=0.1, RL1=20.5, EPSL=1e-07, EPSU=1e-07, EPSS=1e-05, DS=0.01, DSMIN=1e-6, DSMAX={dsmax}, IADS=1,
-UZR={{1: [{at}]}}, UZSTOP={{12: {stop}}}
-"""
-AT = (1.0, 3.0, 5.0)
+EPS_LADDER = (1e-2, 1e-3, 1e-4)
 
 
-class NotInstalledError(Exception):
-    """AUTO-07p or a Fortran compiler is missing."""
-
-
-@dataclass
-class AutoRun:
-    """What AUTO found at one eps, and how long it took."""
-
-    eps: float
-    seconds: float
-    compile_s: float
-    cycles: int
-    hopf: list[float]
-    fold: float
-    peaks: dict[float, float]
-
-
-def compile_auto(folder: Path, eps: float) -> float:
-    """Build the executable; returns the seconds it took."""
-    if not AUTO_LIB.is_dir() or shutil.which("gfortran") is None:
-        raise NotInstalledError("Debian packages auto-07p and gfortran")
-    omega = equilibrium_speed(RIG, TO_VOLTS)
-    values = {"eps": eps, "volts": TO_VOLTS, "omega": omega}
-    values |= {"twist": float(equilibrium_state(RIG, omega)[0])}
-    values |= {name: getattr(RIG, name) for name in type(RIG).__dataclass_fields__}
-    text = {k: f"({v:.17e})".replace("e", "d") for k, v in values.items() if type(v) is float}
-    (folder / "model.f90").write_text(MODEL.format(**text))
+def ours() -> tuple[float, Diagram]:
+    """The whole diagram, and the seconds it took."""
     start = time.perf_counter()
-    objects = [str(path) for path in sorted(AUTO_LIB.glob("*.o"))]
-    command = ["gfortran", "-O2", "-fopenmp", "-w", "-ffree-line-length-none", "model.f90", *objects, "-o", "model"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise NotInstalledError(f"model does not compile: {done.stderr.strip()[-200:]}")
-    return time.perf_counter() - start
+    diagram = bifurcation_diagram(RIG, TO_VOLTS)
+    return time.perf_counter() - start, diagram
 
 
-def auto_step(folder: Path, constants: str, restart: Path | None = None) -> float:
-    """One AUTO run; returns its seconds."""
-    (folder / "fort.2").write_text(constants)
-    if restart is not None:
-        shutil.copy(restart, folder / "fort.3")
-    start = time.perf_counter()
-    subprocess.run(["./model"], cwd=folder, check=True, capture_output=True)
-    return time.perf_counter() - start
+def our_periods(diagram: Diagram) -> dict[float, float]:
+    """Periods of the stable cycles at the voltages of `AT`, s."""
+    points = diagram.branches[0].points
+    corrector = Corrector(PeriodMap(RIG), np.array([1.0, 10.0, 20.0, 4.0, 1.0]))
+    out = {}
+    for volts in AT:
+        near = min((p for p in points if p.cycle.stable), key=lambda p: abs(p.z[4] - volts))
+        out[volts] = corrector.at_parameter(near.z, volts).cycle.period
+    return out
 
 
-def rows_of(folder: Path, kind: int | None = None) -> list[list[float]]:
-    """Rows of fort.7, of one special kind (AUTO's TY: 3 Hopf, 5 fold, 4 asked for) or all."""
-    rows = []
-    for line in (folder / "fort.7").read_text().splitlines():
-        words = line.split()
-        if len(words) < 5 or words[0] == "0":
-            continue
-        if kind is None or abs(int(words[2])) % 10 == kind:
-            rows.append([float(word) for word in words])
-    return rows
+def measure(repeats: int, eps: float) -> dict[str, Any]:
+    """All figures, ours and AUTO's in turn."""
+    first, _ = ours()
+    walls, note, compile_s, ladder = [], "", None, []
+    auto: dict[float, list[AutoRun]] = {DEFAULT_STEP: [], LONG_STEP: []}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        try:
+            compile_s = compile_auto(folder, eps)
+        except NotInstalledError as missing:
+            note = f"not installed ({missing})"
+        for _ in range(repeats):
+            walls.append(ours()[0])
+            if compile_s is not None:
+                for step, runs in auto.items():
+                    runs.append(run_auto(folder, eps, step))
+        if compile_s is not None:
+            ladder = [convergence(folder, value) for value in EPS_LADDER]
+    diagram = ours()[1]
+    seconds = statistics.median(walls)
+    return {
+        "ours_s": seconds, "ours_first_call_s": first, "auto_compile_s": compile_s, "eps": eps,
+        "auto_note": note, "bar": BAR, "failures": list(diagram.failures),
+        "ours_cycles": sum(len(b.points) for b in diagram.branches),
+        "ours_points": {p.name: p.parameter for p in diagram.points if p.name},
+        "ours_special_points": len(diagram.points), "ours_periods_s": our_periods(diagram),
+        "auto": [peer_row(step, runs, seconds) for step, runs in auto.items() if runs],
+        "convergence": [asdict(run) for run in ladder],
+    }  # fmt: skip
 
 
-def run_auto(folder: Path, eps: float, compile_s: float, dsmax: float) -> AutoRun:
-    """Equilibria, then the cycles from the lower Hopf point to the upper one."""
-    common = {"ntst": NTST, "ncol": COLLOCATION}
-    seconds = auto_step(folder, EQUILIBRIA.format(**common))
-    hopf = sorted(rows_of(folder, 3), key=lambda row: row[4])
-    shutil.copy(folder / "fort.8", folder / "equilibria")
-    stop = 0.97 * hopf[-1][-1]
-    constants = CYCLES.format(
-        label=int(hopf[0][3]), dsmax=dsmax, stop=stop, at=", ".join(map(str, AT)), **common
+def peer_row(step: float, runs: list[AutoRun], seconds: float) -> dict[str, Any]:
+    """AUTO at one step length: the median, beside ours."""
+    median = statistics.median(run.seconds for run in runs)
+    return asdict(runs[-1]) | {"largest_step": step, "seconds": median, "ratio": seconds / median}
+
+
+def convergence(folder: Path, eps: float) -> AutoRun:
+    """AUTO's cycles at one eps, for the comparison and not for the clock."""
+    compile_auto(folder, eps)
+    return run_auto(folder, eps, DEFAULT_STEP, periods=True)
+
+
+def show(found: dict[str, Any]) -> None:
+    """The tables for people."""
+    console = Console()
+    table = Table(title="Fig. 4 whole: equilibria to 20 V, cycles, multipliers, special points")
+    for column in ("what", "s", "ours takes", "bar", "cycles"):
+        table.add_column(column, justify="left" if column == "what" else "right")
+    table.add_row("drill-env", f"{found['ours_s']:.3f}", "", "", str(found["ours_cycles"]))
+    for run in found["auto"]:
+        default = run["largest_step"] == DEFAULT_STEP
+        table.add_row(
+            "AUTO, " + ("default steps" if default else "long steps"),
+            f"{run['seconds']:.3f}",
+            f"{run['ratio']:.2f}",
+            f"<= {BAR:.2f}" if default else "",
+            str(run["cycles"]),
+        )
+    if not found["auto"]:
+        table.add_row("AUTO", found["auto_note"])
+    console.print(table)
+    first = f"our first call took {found['ours_first_call_s']:.2f} s"
+    if not found["auto"]:
+        console.print(first)
+        return
+    console.print(
+        f"AUTO-07p on one thread, tanh(omega / {found['eps']:g}), NTST {NTST}; its model compiled "
+        f"in {found['auto_compile_s']:.2f} s, {first}"
     )
-    seconds += auto_step(folder, constants, folder / "equilibria")
-    folds = [row[4] for row in rows_of(folder, 5)]
-    asked = {row[4]: row for row in rows_of(folder, 4)}
-    peaks = {v: row[8] for v in AT for u, row in asked.items() if abs(u - v) < 1e-4}
-    every = rows_of(folder)
-    return AutoRun(
-        eps, seconds, compile_s, len(every), [row[4] for row in hopf], max(folds), peaks
-    )
+    auto = found["auto"][0]
+    pairs = zip("BDC", (*auto["hopf"], auto["fold"]), strict=True)
+    gaps = [f"{name} {volts - found['ours_points'][name]:.1e} V" for name, volts in pairs]
+    console.print("AUTO's points minus ours: " + ", ".join(gaps))
+    table = Table(title="AUTO's period minus ours, s")
+    for column in ("eps", *(f"{volts:g} V" for volts in AT)):
+        table.add_column(column, justify="right")
+    for run in found["convergence"]:
+        gaps = [run["periods"].get(v, float("nan")) - found["ours_periods_s"][v] for v in AT]
+        table.add_row(f"{run['eps']:g}", *(f"{gap:.2e}" for gap in gaps))
+    console.print(table)
+
+
+def main(
+    repeats: Annotated[int, typer.Option(help="Rounds; the medians are reported.")] = 5,
+    eps: Annotated[float, typer.Option(help="Width of AUTO's tanh, rad/s.")] = 1e-3,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")] = False,
+) -> None:
+    """Measure and print."""
+    found = measure(repeats, eps)
+    if as_json:
+        print(json.dumps(found, indent=2))
+    else:
+        show(found)
+
+
+if __name__ == "__main__":
+    typer.run(main)

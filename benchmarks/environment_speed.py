@@ -11,15 +11,16 @@ Peers that are absent say so (extra `bench`).
 from __future__ import annotations
 
 import json
+import os
 import statistics
+import subprocess
+import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-import gymnasium as gym
-import numpy as np
 import typer
 from peers import cartpole_vector, envpool_pendulum, gem_dc_motor
 from peers.common import NotInstalledError
@@ -46,48 +47,15 @@ class Row:
     note: str = ""
 
 
-@dataclass
-class Memory:
-    """Bytes per environment."""
-
-    envs: int
-    arrays: float
-    resident: float | None
-
-
-def resident_bytes() -> int | None:
-    """Memory of this process in RAM, where the system tells."""
-    try:
-        pages = int(Path("/proc/self/statm").read_text().split()[1])
-    except OSError:
-        return None
-    import resource
-
-    return pages * resource.getpagesize()
-
-
-def memory(counts: Sequence[int]) -> list[Memory]:
-    """What a vector environment takes: its arrays, and the growth of the process."""
-    # The first one pays for imports and compiled code.
-    kept: list[Any] = [_make(1)]
-    out = []
-    for count in counts:
-        before = resident_bytes()
-        kept.append(_make(count))
-        after = resident_bytes()
-        grown = None if before is None or after is None else (after - before) / count
-        arrays = sum(array.nbytes for array in kept[-1]._core.rows)
-        out.append(Memory(count, arrays / count, grown))
-    return out
-
-
-def _make(count: int) -> Any:
-    env: Any = gym.make_vec(
-        "DrillString-v0", num_envs=count, vectorization_mode="vector_entry_point", truth=False
-    )
-    env.reset(seed=0)
-    env.step(np.zeros((count, 1), dtype=np.float32))
-    return env
+def memory() -> list[dict[str, Any]]:
+    """Bytes per environment, from a fresh process: what this one freed would be used again."""
+    script = Path(__file__).with_name("peers") / "our_memory.py"
+    done = subprocess.run(
+        [sys.executable, str(script)],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        check=True, capture_output=True, text=True,
+    )  # fmt: skip
+    return json.loads(done.stdout)
 
 
 def makers(envs: int) -> list[tuple[str, float | None, Callable[[], Stepper]]]:
@@ -154,7 +122,7 @@ def verdict(row: Row) -> str:
     return f">= {row.bar:,.0f} {'met' if row.steps >= row.bar else 'MISSED'}"
 
 
-def show(rows: list[Row], sizes: list[Memory]) -> None:
+def show(rows: list[Row], sizes: list[dict[str, Any]]) -> None:
     """The tables for people."""
     table = Table(title="Per CPU-second, medians of one interleaved run")
     names = ("what", "envs", "env-steps", "spread", "substeps", "simulated s", "bar")
@@ -173,9 +141,9 @@ def show(rows: list[Row], sizes: list[Memory]) -> None:
     console = Console()
     console.print(table)
     for size in sizes:
-        grown = "unknown" if size.resident is None else f"{size.resident:,.0f}"
+        grown = "unknown" if size["resident"] is None else f"{size['resident']:,.0f}"
         console.print(
-            f"{size.envs} environments: {size.arrays:,.0f} bytes of arrays each, "
+            f"{size['envs']} environments: {size['arrays']:,.0f} bytes of arrays each, "
             f"process grew by {grown} bytes each"
         )
 
@@ -186,12 +154,12 @@ def main(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")] = False,
 ) -> None:
     """Measure and print."""
-    sizes = memory([1024, 4096, 16384])
     rows = measure(envs, repeats)
+    sizes = memory()
     if as_json:
         document = {
             "rows": [asdict(row) for row in rows],
-            "memory_bytes_per_env": [asdict(size) for size in sizes],
+            "memory_bytes_per_env": sizes,
         }
         print(json.dumps(document, indent=2))
     else:

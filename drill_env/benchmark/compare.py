@@ -55,25 +55,27 @@ def compare(
         One row a run: controller, view, set point, start and the fields of `Measures`.
 
     Raises:
-        InputError: no set point, start or controller is given, the window is too long, or
-            a controller returns something that is no voltage.
+        InputError: an argument is empty or out of range, or a controller returns no voltage.
     """
-    if not (makers and setpoints and starts):
+    _check(len(makers) * len(setpoints) * len(starts), config, seconds, window_s)
+    _warn_if_unreachable(config, [check_setpoint(value) for value in setpoints])
+    rows: list[dict[str, Any]] = []
+    tell = progress or (lambda name, done, total: None)
+    for done, (name, maker) in enumerate(makers.items()):
+        tell(name, done, len(makers))
+        for start in starts:
+            rows += _runs(name, maker, config, setpoints, start, seconds, window_s, seed)
+    tell("", len(makers), len(makers))
+    return pd.DataFrame(rows)
+
+
+def _check(runs: int, config: EnvConfig, seconds: float, window_s: float) -> None:
+    if not runs:
         raise InputError("compare needs at least one controller, one set point and one start")
     if not (np.isfinite(seconds) and seconds >= config.control_period):
         raise InputError(f"seconds is {seconds}: give a run of at least one control period")
     if not 0 < window_s <= seconds:
         raise InputError(f"window is {window_s} s: give more than 0 and at most {seconds} s")
-    _warn_if_unreachable(config, [check_setpoint(value) for value in setpoints])
-    rows: list[dict[str, Any]] = []
-    for done, (name, maker) in enumerate(makers.items()):
-        if progress is not None:
-            progress(name, done, len(makers))
-        for start in starts:
-            rows += _runs(name, maker, config, setpoints, start, seconds, window_s, seed)
-    if progress is not None:
-        progress("", len(makers), len(makers))
-    return pd.DataFrame(rows)
 
 
 def _warn_if_unreachable(config: EnvConfig, setpoints: Sequence[float]) -> None:
@@ -117,7 +119,7 @@ def _runs(
 
 
 def run_closed_loop(
-    controller: Controller, config: EnvConfig, setpoints: Sequence[float], seed: int
+    controller: Controller, config: EnvConfig, setpoints: Sequence[float] | FloatArray, seed: int
 ) -> tuple[FloatArray, FloatArray]:
     """Run one controller on as many rigs as there are set points, for one episode.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -31,26 +31,31 @@ if TYPE_CHECKING:
     Makers = dict[str, Callable[[EnvConfig], Controller]]
 
 _NAMES = "open-loop,pi,active-damping"
+OutOption = Annotated[Path, typer.Option(help="Folder for the table and the picture.")]
+NamesOption = Annotated[str, typer.Option(help="Names, separated by commas.")]
+AgentOption = Annotated[
+    list[Path] | None,
+    typer.Option(help="Folder of a trained agent; repeatable.", show_default=False),
+]
+PointsOption = Annotated[
+    str | None, typer.Option(help="rad/s, separated by commas.", show_default="12 from 0.5 to 8.5")
+]
+LimitOption = Annotated[float, typer.Option(help="V, up to 15.")]
+SecondsOption = Annotated[float, typer.Option(help="Length of a run, s.")]
+WindowOption = Annotated[float, typer.Option(help="End of a run that is judged, s.")]
+SeedOption = Annotated[int, typer.Option(help="Seed of the environments.")]
 
 
 def compare_command(
-    out: Annotated[Path, typer.Option(help="Folder for the table and the picture.")] = Path(
-        "out/compare"
-    ),
-    controllers: Annotated[str, typer.Option(help="Names, separated by commas.")] = _NAMES,
-    agent: Annotated[
-        list[Path] | None,
-        typer.Option(help="Folder of a trained agent; repeatable.", show_default=False),
-    ] = None,
-    setpoints: Annotated[
-        str | None,
-        typer.Option(help="rad/s, separated by commas.", show_default="12 from 0.5 to 8.5"),
-    ] = None,
+    out: OutOption = Path("out/compare"),
+    controllers: NamesOption = _NAMES,
+    agent: AgentOption = None,
+    setpoints: PointsOption = None,
     rig: RigOption = None,
-    voltage_limit: Annotated[float, typer.Option(help="V, up to 15.")] = 5.0,
-    seconds: Annotated[float, typer.Option(help="Length of a run, s.")] = 90.0,
-    window: Annotated[float, typer.Option(help="End of a run that is judged, s.")] = 30.0,
-    seed: Annotated[int, typer.Option(help="Seed of the environments.")] = 0,
+    voltage_limit: LimitOption = 5.0,
+    seconds: SecondsOption = 90.0,
+    window: WindowOption = 30.0,
+    seed: SeedOption = 0,
     as_json: JsonOption = False,
 ) -> None:
     """Compare controllers over set points, from rest and from the limit cycle.
@@ -60,7 +65,7 @@ def compare_command(
 
     Example: drill-env compare --controllers open-loop,pi --out out/compare
     """
-    from drill_env.benchmark import SETPOINTS, compare
+    from drill_env.benchmark import SETPOINTS
     from drill_env.environment.config import EnvConfig
 
     output_folder(out)
@@ -68,14 +73,7 @@ def compare_command(
         config = EnvConfig(rig=rig_from(rig), voltage_limit=voltage_limit)
         makers = _makers(controllers, agent or [], config)
         points = list(SETPOINTS) if setpoints is None else numbers(setpoints, "--setpoints")
-        with progress_bar() as bar:
-            task = bar.add_task("comparing", total=len(makers))
-            runs = compare(
-                makers, config, setpoints=points, seconds=seconds, window_s=window, seed=seed,
-                progress=lambda name, done, total: bar.update(
-                    task, completed=done, total=total, description=name or "done"
-                ),
-            )  # fmt: skip
+        runs = _runs(makers, config, setpoints=points, seconds=seconds, window_s=window, seed=seed)
         files = write_comparison(runs, config, out)
     if as_json:
         print_json({"files": files, "setpoints": points, "runs": runs.to_dict("records")})
@@ -84,6 +82,18 @@ def compare_command(
 
     show(compare_table(runs))
     tell("written: " + ", ".join(str(path) for path in files))
+
+
+def _runs(makers: Makers, config: EnvConfig, **options: Any) -> pd.DataFrame:
+    from drill_env.benchmark import compare
+
+    with progress_bar() as bar:
+        task = bar.add_task("comparing", total=len(makers))
+
+        def watch(name: str, done: int, total: int) -> None:
+            bar.update(task, completed=done, total=total, description=name or "done")
+
+        return compare(makers, config, progress=watch, **options)
 
 
 def _makers(controllers: str, agents: list[Path], config: EnvConfig) -> Makers:

@@ -140,13 +140,7 @@ def identify_command(
 
     Example: drill-env identify --one-inertia --gain 3.57 a.csv --holdout b.csv --out rig.toml
     """
-    if not one_inertia:
-        raise InputError(
-            "identification of the two-inertia rig is not in this version; give --one-inertia "
-            "for recordings of the upper disc alone"
-        )
-    if out is not None:
-        output_file(out)
+    _check(one_inertia, out)
     from drill_env.identification.inverse_dynamics import InverseOptions
     from drill_env.identification.one_inertia import identify_one_inertia
 
@@ -162,6 +156,16 @@ def identify_command(
         print_json(_identified(result, rig, out))
     else:
         _show_identified(result, out)
+
+
+def _check(one_inertia: bool, out: Path | None) -> None:
+    if not one_inertia:
+        raise InputError(
+            "identification of the two-inertia rig is not in this version; give --one-inertia "
+            "for recordings of the upper disc alone"
+        )
+    if out is not None:
+        output_file(out)
 
 
 def _gain(gain: float | None, column: str | None, fitted: list[Recording]) -> float | None:

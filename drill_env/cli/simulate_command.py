@@ -28,33 +28,42 @@ if TYPE_CHECKING:
     from drill_env.parameters import Rig
 
 
+OutOption = Annotated[Path, typer.Option(help="Table to write: .csv, .csv.gz or .parquet.")]
+VoltsOption = Annotated[float | None, typer.Option(help="Constant voltage, V.")]
+SecondsOption = Annotated[float | None, typer.Option(help="Duration, s.")]
+InputOption = Annotated[
+    Path | None, typer.Option("--input", help="Recording whose voltage is played.")
+]
+RateOption = Annotated[
+    float | None,
+    typer.Option(help="Samples per second; 200, or the times of --input.", show_default=False),
+]
+InitialOption = Annotated[
+    str | None, typer.Option(help="Start: twist,omega_u,omega_l in rad and rad/s; rest by default.")
+]
+EncoderOption = Annotated[
+    bool, typer.Option("--encoder", help="Write encoder angles and filtered velocities.")
+]
+CountsOption = Annotated[int, typer.Option(help="Encoder counts per revolution.")]
+
+
 def simulate_command(
-    out: Annotated[Path, typer.Option(help="Table to write: .csv, .csv.gz or .parquet.")],
-    volts: Annotated[float | None, typer.Option(help="Constant voltage, V.")] = None,
-    seconds: Annotated[float | None, typer.Option(help="Duration, s.")] = None,
-    source: Annotated[
-        Path | None, typer.Option("--input", help="Recording whose voltage is played.")
-    ] = None,
+    out: OutOption,
+    volts: VoltsOption = None,
+    seconds: SecondsOption = None,
+    source: InputOption = None,
     mapping: MapOption = None,
     rig: RigOption = None,
-    rate: Annotated[
-        float | None,
-        typer.Option(help="Samples per second; 200, or the times of --input.", show_default=False),
-    ] = None,
-    initial: Annotated[
-        str | None,
-        typer.Option(help="Start: twist,omega_u,omega_l in rad and rad/s; rest by default."),
-    ] = None,
-    encoder: Annotated[
-        bool, typer.Option("--encoder", help="Write encoder angles and filtered velocities.")
-    ] = False,
-    counts: Annotated[int, typer.Option(help="Encoder counts per revolution.")] = 8192,
+    rate: RateOption = None,
+    initial: InitialOption = None,
+    encoder: EncoderOption = False,
+    counts: CountsOption = 8192,
     as_json: JsonOption = False,
 ) -> None:
     """Simulate the rig under a constant or recorded voltage, exactly.
 
-    Writes t,u,theta_u,theta_l,omega_u,omega_l: row i holds the state at t and the voltage
-    held from there on. Angles and velocities are exact unless --encoder is given.
+    Writes t,u,theta_u,theta_l,omega_u,omega_l, exact unless --encoder is given: row i holds
+    the state at t and the voltage held from there on.
 
     Example: drill-env simulate --volts 3.5 --seconds 60 --out run.csv
     """
@@ -73,11 +82,15 @@ def simulate_command(
     summary = run_summary(trajectory, out)
     if as_json:
         print_json(summary)
-        return
-    tell(
-        f"{summary['samples']} samples over {summary['seconds']:g} s written to {out}; "
-        f"omega_l from {summary['omega_l_min']:.4f} to {summary['omega_l_max']:.4f} rad/s; "
-        f"sticks {summary['sticks']}, break-aways {summary['break_aways']}, "
+    else:
+        tell(_sentence(summary))
+
+
+def _sentence(summary: dict[str, Any]) -> str:
+    return (
+        f"{summary['samples']} samples over {summary['seconds']:g} s written to {summary['out']}; "
+        f"omega_l from {summary['omega_l_min']:.4f} to {summary['omega_l_max']:.4f} rad/s; sticks "
+        f"{summary['sticks']}, break-aways {summary['break_aways']}, "
         f"reversals {summary['reversals']}"
     )
 

@@ -12,6 +12,7 @@ from drill_env._types import FloatArray
 from drill_env.continuation.cycle import CycleError, LimitCycle, PeriodMap, Shot, describe
 
 _TOLERANCE = 1e-10
+_LAST_MOVE = 1e-9
 _NEWTON_LIMIT = 8
 _IDENTITY = np.eye(3)
 
@@ -46,8 +47,8 @@ class StepRule:
 
     first: float = 0.01
     smallest: float = 1e-7
-    largest: float = 0.08
-    turn: float = 0.25
+    largest: float = 0.12
+    turn: float = 0.3
 
 
 class Corrector:
@@ -86,14 +87,17 @@ class Corrector:
         for step in range(_NEWTON_LIMIT):
             value, matrix, shot = self.equations(z)
             full = np.vstack([matrix, border])
-            if np.abs(value).max() < _TOLERANCE * (1.0 + np.abs(z[:3]).max()):
-                return z, self.tangent(matrix, border), shot, step
             right = np.append(-value, border @ ((guess - z) / self.scale))
             try:
                 move = np.linalg.solve(full, right)
             except np.linalg.LinAlgError as error:
                 raise CycleError(f"singular Newton matrix at parameter {z[4]:.9g}") from error
-            if not np.isfinite(move).all() or np.abs(move).max() > 2.0:
+            size = float(np.abs(move).max())
+            closes = np.abs(value).max() < _TOLERANCE * (1.0 + np.abs(z[:3]).max())
+            # Where a multiplier is near 1 a small gap still means a cycle far away.
+            if closes and size < _LAST_MOVE:
+                return z, self.tangent(matrix, border), shot, step
+            if not np.isfinite(size) or size > 2.0:
                 raise CycleError(f"Newton's step {step + 1} runs away at parameter {z[4]:.9g}")
             z = z + self.scale * move
         raise CycleError(

@@ -56,8 +56,8 @@ def bifurcation_diagram(
     Raises:
         InputError: the rig has one inertia or the range ends below break-away.
     """
-    if rig.inertias == 1:
-        raise InputError("the bifurcation diagram needs a rig with two inertias")
+    if rig.inertias == 1 or rig.effects:
+        raise InputError("the bifurcation diagram needs a rig with two inertias and no [[effects]]")
     if not to_volts > rig.breakaway_voltage:
         raise InputError(
             f"to_volts is {to_volts}: give more than the break-away voltage, "

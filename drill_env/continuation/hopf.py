@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
+from drill_env._errors import InputError
 from drill_env._types import ComplexArray, FloatArray
-from drill_env.continuation.equilibria import critical_slope, jacobian, speed_at
+from drill_env.continuation.equilibria import critical_slope, jacobian, routh_hurwitz, speed_at
 from drill_env.dynamics import equilibrium_state, equilibrium_voltage
 from drill_env.friction import lower_curve_derivatives, lower_curve_slope
 from drill_env.parameters import Rig
@@ -54,7 +55,13 @@ def hopf_points(rig: Rig, to_volts: float) -> list[HopfPoint]:
         rig: parameters.
         to_volts: end of the range, V.
     """
-    slope = critical_slope(rig)
+    try:
+        slope = critical_slope(rig)
+    except InputError:
+        return []
+    if routh_hurwitz(rig, slope)[1] <= 0.0:
+        # Two real eigenvalues of equal size: a neutral saddle, not an oscillation.
+        return []
     top = speed_at(rig, to_volts)
     grid = np.concatenate([np.geomspace(1e-6, top, 4000), np.linspace(1e-6, top, 4000)])
     grid.sort()

@@ -9,7 +9,7 @@ import pandas as pd
 
 from drill_env._errors import InputError
 from drill_env.continuation.cycle import PeriodMap
-from drill_env.continuation.equilibria import critical_slope
+from drill_env.continuation.equilibria import routh_hurwitz
 from drill_env.continuation.special import SpecialPoint
 from drill_env.continuation.tracer import CycleBranch, Progress, Tracer
 from drill_env.dynamics import equilibrium_speed
@@ -61,6 +61,8 @@ def parameter_diagram(
     Raises:
         InputError: the parameter is unknown or the range is empty or unphysical.
     """
+    if rig.inertias == 1 or rig.effects:
+        raise InputError("a parameter diagram needs a rig with two inertias and no [[effects]]")
     if parameter not in SYMBOLS:
         raise InputError(f"parameter is {parameter!r}: give one of {', '.join(SYMBOLS)}")
     if not low < high:
@@ -82,6 +84,6 @@ def _equilibria(rig: Rig, parameter: str, volts: float, values: np.ndarray) -> p
         there = rig.replace(**{parameter: float(value)})
         omega = equilibrium_speed(there, volts)
         slope = float(lower_curve_slope(there, omega)) if omega > 0 else 0.0
-        stable = omega == 0 or slope > critical_slope(there)
+        stable = omega == 0 or min(routh_hurwitz(there, slope)) > 0.0
         rows.append({"value": float(value), "omega": omega, "stable": stable})
     return pd.DataFrame(rows)

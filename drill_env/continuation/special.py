@@ -25,6 +25,8 @@ a graze and the branch turns back at once.
 """
 
 _SPLITS = 14
+# By so much points move with the steps along the branch: closure and integration errors.
+_FLOOR = 3e-10
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,11 +114,11 @@ def _solve(
     segment: _Segment, value: Callable[[Point], float], low: float, high: float
 ) -> tuple[Point, float]:
     """Root of `value` between two arclengths: the point and the error of its parameter."""
-    s = float(brentq(lambda s: value(segment(s)), low, high, xtol=1e-13, rtol=1e-14))
+    s = float(brentq(lambda s: value(segment(s)), low, high, xtol=1e-11, rtol=1e-13))
     width = 1e-6 * (high - low)
     near, point = segment(max(s - width, low)), segment(s)
     slope = abs(point.z[4] - near.z[4]) / max(width, 1e-300)
-    return point, slope * 1e-12 + 1e-12
+    return point, slope * 1e-11 + _FLOOR
 
 
 def _fold(segment: _Segment) -> SpecialPoint:
@@ -178,7 +180,9 @@ def _grazing(segment: _Segment, low: float, a: Point, high: float) -> SpecialPoi
         if not there.cycle.hits:
             break
     else:
-        return cycle_point("grazing", here.cycle, "min omega_l = 0 at a point of the branch", 0.0)
+        return cycle_point(
+            "grazing", here.cycle, "min omega_l = 0 at a point of the branch", _FLOOR
+        )
     slope = 1.0
     for _ in range(60):
         slope = (there.cycle.min - here.cycle.min) / (other - free)
@@ -195,4 +199,4 @@ def _grazing(segment: _Segment, low: float, a: Point, high: float) -> SpecialPoi
                 break
         free, here, other, there = other, there, s, point
     left = abs(there.cycle.min / slope) * abs(there.z[4] - here.z[4]) / abs(other - free)
-    return cycle_point("grazing", there.cycle, "min omega_l = 0", left + 1e-12)
+    return cycle_point("grazing", there.cycle, "min omega_l = 0", left + _FLOOR)

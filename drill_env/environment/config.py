@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 from typing import Any, Literal, TypeAlias, get_args
 
 from drill_env._errors import InputError
@@ -61,7 +62,7 @@ class EnvConfig:
     """Options of `DrillString-v0`, all of them keyword arguments of `gym.make`.
 
     Args:
-        rig: nominal parameters.
+        rig: nominal parameters; `gym.make` also takes the path of a rig file.
         observation: "both" encoders, "surface" (upper encoder alone) or exact "state".
         history: past frames (measurements and voltage) appended to the observation.
         action: "volts" or "normalized" to [-1, 1].
@@ -142,7 +143,7 @@ class EnvConfig:
         for name, kind in (("rig", Rig), ("encoder", Encoder), ("reward", RewardWeights)):
             if isinstance(options.get(name), dict):
                 options[name] = kind(**options[name])
-        if isinstance(options.get("rig"), str):
+        if isinstance(options.get("rig"), (str, Path)):
             from drill_env.parameters import load_rig
 
             options["rig"] = load_rig(options["rig"])
