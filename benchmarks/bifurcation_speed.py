@@ -100,7 +100,7 @@ def peer_row(step: float, runs: list[AutoRun], seconds: float) -> dict[str, Any]
 def convergence(folder: Path, eps: float) -> AutoRun:
     """AUTO's cycles at one eps, for the comparison and not for the clock."""
     compile_auto(folder, eps)
-    return run_auto(folder, eps, DEFAULT_STEP, periods=True)
+    return run_auto(folder, eps, LONG_STEP, periods=True)
 
 
 def show(found: dict[str, Any]) -> None:

@@ -55,5 +55,7 @@ def make_folder(path: Path) -> Path:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"cannot make folder {path}: {error.strerror}") from error
+        raise InputError(
+            f"cannot make folder {path}: {error.strerror}; choose another place"
+        ) from error
     return path

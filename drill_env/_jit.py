@@ -26,3 +26,8 @@ def kernel(function: F) -> F:
     The function must not allocate: working arrays are handed in by the caller.
     """
     return njit(**_OPTIONS)(function)  # pyright: ignore
+
+
+def inlined(function: F) -> F:
+    """As `kernel`, and melted into every caller: for what runs many times in a step."""
+    return njit(forceinline=True, **_OPTIONS)(function)  # pyright: ignore

@@ -26,7 +26,7 @@ a graze and the branch turns back at once.
 
 _SPLITS = 14
 # By so much points move with the steps along the branch: closure and integration errors.
-_FLOOR = 3e-10
+_FLOOR = 2e-9
 
 
 @dataclass(frozen=True, slots=True)

@@ -116,7 +116,7 @@ class Tracer:
             if points and _grazes(points[-1], self._flow.rig_at(float(points[-1].z[4]))):
                 end = self._corner(points[-1])
             else:
-                self.failures.append(end)
+                self.failures.append(f"cycles from the {start}: {end}")
         if len(points) > 1:
             self.branches.append(CycleBranch(tuple(points), start, end))
 

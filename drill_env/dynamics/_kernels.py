@@ -5,7 +5,7 @@ Mode: (upper, lower) slip directions -1, 0 (stuck), 1, and the speed range of th
 (1 where it is clamped to zero).
 """
 
-from drill_env._jit import kernel
+from drill_env._jit import inlined, kernel
 from drill_env.friction._kernels import (
     lower_gradient,
     lower_sliding,
@@ -26,7 +26,7 @@ from drill_env.parameters._record import (
 )
 
 
-@kernel
+@inlined
 def upper_rate(p, upper, twist, omega_u, u):
     """Upper-disc acceleration (rad/s^2) in slip direction `upper`, 0 when stuck."""
     if upper == 0:
@@ -34,7 +34,7 @@ def upper_rate(p, upper, twist, omega_u, u):
     return (p.km * u - p.ktheta * twist - upper_sliding(p, upper, omega_u)) * p.per_Ju
 
 
-@kernel
+@inlined
 def lower_rate(p, lower, clamped, twist, omega_l):
     """Lower-disc acceleration (rad/s^2) in slip direction `lower`, 0 when stuck."""
     if lower == 0:
@@ -43,14 +43,14 @@ def lower_rate(p, lower, clamped, twist, omega_l):
     return (p.ktheta * twist - lower * torque) * p.per_Jl
 
 
-@kernel
+@inlined
 def upper_margin(p, twist, u):
     """Stiction left at the upper disc (Nm), and the sign it would leave in."""
     drive = p.km * u - p.ktheta * twist - p.dTsu
     return (p.Tsu - drive, 1) if drive >= 0.0 else (p.Tsu + drive, -1)
 
 
-@kernel
+@inlined
 def lower_margin(p, twist):
     """Stiction left at the lower disc (Nm), and the sign it would leave in."""
     drive = p.ktheta * twist

@@ -1,6 +1,6 @@
 """Compiled step and start of any number of environments."""
 
-from drill_env._jit import kernel
+from drill_env._jit import inlined, kernel
 from drill_env.dynamics._kernels import lower_rate, upper_rate
 from drill_env.environment._records import (
     EFFORT,
@@ -11,13 +11,13 @@ from drill_env.environment._records import (
     TWIST_RATE,
     WIDTH,
 )
-from drill_env.environment._sensing import fill_observation, read_sample, start_sensors
+from drill_env.environment._sensing import fill_observation, read_samples, start_sensors
 from drill_env.integrator._advance import DONE, LOG_FULL, advance
 from drill_env.integrator._modes import MAXIMUM, start_mode
 from drill_env.integrator._records import N_STATE
 
 
-@kernel
+@inlined
 def follow_schedule(row, steps, values):
     """Set point and friction step that take effect at the present step."""
     for k in range(steps.size):
@@ -31,7 +31,7 @@ def follow_schedule(row, steps, values):
         p.bl *= row.friction_factor
 
 
-@kernel
+@inlined
 def fill_reward(row, old_voltage, setting):
     """Reward and its parts, from the true state."""
     omega_u, omega_l, target = row.run.y[1], row.run.y[2], row.setpoint
@@ -45,17 +45,24 @@ def fill_reward(row, old_voltage, setting):
     row.reward = parts[0] + parts[1] + parts[2] + parts[3] + parts[4]
 
 
-@kernel
+@inlined
 def fill_torques(row):
     """True friction torques (Nm), from the balance of each disc."""
     p, y, mode = row.p, row.run.y, row.run.mode
     rate_u = upper_rate(p, mode[0], y[0], y[1], row.voltage)
     rate_l = lower_rate(p, mode[1], mode[2], y[0], y[2])
-    row.torque[0] = p.km * row.voltage - p.ktheta * y[0] - p.Ju * rate_u
-    row.torque[1] = p.ktheta * y[0] - p.Jl * rate_l
+    set_torques(row, rate_u, rate_l)
 
 
-@kernel
+@inlined
+def set_torques(row, rate_u, rate_l):
+    """Friction torques (Nm) that go with two accelerations (rad/s^2)."""
+    p, twist = row.p, row.run.y[0]
+    row.torque[0] = p.km * row.voltage - p.ktheta * twist - p.Ju * rate_u
+    row.torque[1] = p.ktheta * twist - p.Jl * rate_l
+
+
+@inlined
 def run_constant(p, run, volts, seconds, times, tab, buffers):
     """Carry a run on under a constant voltage (V); returns the status of `advance`.
 
@@ -94,13 +101,16 @@ def step_rows(first, last, skip, volts, rows, setting, tab, buffers):
             row.p, row.run, row.voltage, setting.period, buffers.times, tab, buffers
         ) != DONE:  # fmt: skip
             return i
-        out, ring, noise = buffers.out, rows.ring[i], rows.noise[i]
-        for j in range(setting.samples):
-            read_sample(row, ring, noise, j, out[j, 0] + out[j, 3], out[j, 3], setting)
+        read_samples(row, rows.ring[i], rows.noise[i], buffers.out, setting)
         row.step += 1
         row.noise_row += 1
         fill_reward(row, old, setting)
-        fill_torques(row)
+        work = buffers.work[0]
+        if work.has_rates:
+            # The last stage of the last step holds them.
+            set_torques(row, work.k[0, 1], work.k[0, 2])
+        else:
+            fill_torques(row)
         fill_observation(row, False, setting, rows.observation[i])
     return -1
 

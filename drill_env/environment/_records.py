@@ -89,7 +89,7 @@ def new_buffers(samples: int, period: float, rtol: float) -> Buffers:
     times = period * np.arange(1, samples + 1) / samples
     times[-1] = period
     return Buffers(
-        new_work(rtol, 0.1 * rtol, 0.3), np.zeros(64, dtype=EVENT), np.zeros(2), np.zeros((1, 1)),
-        times, np.zeros((samples, N_STATE)), np.zeros((samples, 2), dtype=np.int64),
-        np.zeros((0, 1, 1)),
+        new_work(rtol, 0.1 * rtol, 0.3, event_tol=0.1 * rtol), np.zeros(64, dtype=EVENT),
+        np.zeros(2), np.zeros((1, 1)), times, np.zeros((samples, N_STATE)),
+        np.zeros((samples, 2), dtype=np.int64), np.zeros((0, 1, 1)),
     )  # fmt: skip

@@ -2,9 +2,9 @@
 
 from math import floor
 
-from drill_env._jit import kernel
+from drill_env._jit import inlined, kernel
 from drill_env.environment._records import VIEW_STATE, VIEW_SURFACE
-from drill_env.sensors._kernels import filter_sample, quantise, start_filter
+from drill_env.sensors._kernels import filter_step, quantise, start_filter
 
 
 @kernel
@@ -25,22 +25,36 @@ def spoil(row, disc, seen, draw, setting):
     return seen - row.lost[disc] + setting.noise_rad * draw[disc]
 
 
-@kernel
-def read_sample(row, ring, noise, j, theta_u, theta_l, setting):
-    """Pass encoder sample `j` of a period through delay, noise, counts and filter."""
-    length = ring.shape[0]
-    row.head = row.head + 1 if row.head + 1 < length else 0
-    ring[row.head, 0], ring[row.head, 1] = theta_u, theta_l
-    late = row.head - row.delay
-    if late < 0:
-        late += length
+@inlined
+def delay_samples(row, ring, out, samples):
+    """Put the exact angles of one period into the ring; leaves the late ones in `out`."""
+    length, head, delay = ring.shape[0], row.head, row.delay
+    for j in range(samples):
+        head = head + 1 if head + 1 < length else 0
+        ring[head, 0], ring[head, 1] = out[j, 0] + out[j, 3], out[j, 3]
+        late = head - delay if head >= delay else head - delay + length
+        out[j, 0], out[j, 1] = ring[late, 0], ring[late, 1]
+    row.head = head
+
+
+@inlined
+def read_samples(row, ring, noise, out, setting):
+    """Pass the encoder samples of one period through delay, noise, counts and filter."""
+    delay_samples(row, ring, out, setting.samples)
     for disc in range(2):
-        seen = ring[late, disc]
-        if noise.shape[0] > 0:
-            seen = spoil(row, disc, seen, noise[row.noise_row, j], setting)
-        seen = quantise(seen, setting.quantum)
-        row.measured[disc] = seen
-        row.speed[disc] = filter_sample(row.memory[disc], seen, setting.rate, setting.b, setting.a)
+        # Local copies: through memory each sample would wait for the one before.
+        last, z1, z2 = row.memory[disc, 0], row.memory[disc, 1], row.memory[disc, 2]
+        speed = row.speed[disc]
+        for j in range(setting.samples):
+            seen = out[j, disc]
+            if noise.shape[0] > 0:
+                seen = spoil(row, disc, seen, noise[row.noise_row, j], setting)
+            seen = quantise(seen, setting.quantum)
+            row.measured[disc] = seen
+            speed, z1, z2 = filter_step(last, z1, z2, seen, setting.rate, setting.b, setting.a)
+            last = seen
+        row.memory[disc, 0], row.memory[disc, 1], row.memory[disc, 2] = last, z1, z2
+        row.speed[disc] = speed
 
 
 @kernel
@@ -59,13 +73,13 @@ def start_sensors(row, ring, setting):
         start_filter(row.memory[disc], row.measured[disc], y[1 + disc], setting.b, setting.a)
 
 
-@kernel
+@inlined
 def clip(value, bound):
     """`value` within +- `bound`."""
     return min(max(value, -bound), bound)
 
 
-@kernel
+@inlined
 def fill_frame(row, setting, out):
     """Write the present measurements, clipped to their bounds; returns how many."""
     bounds = setting.bounds
@@ -82,7 +96,7 @@ def fill_frame(row, setting, out):
     return 3
 
 
-@kernel
+@inlined
 def fill_observation(row, fresh, setting, out):
     """Observation: measurements, set point, voltage, then past frames, newest first."""
     n = 1 if setting.shown == VIEW_SURFACE else 3

@@ -98,7 +98,7 @@ class EnvConfig:
     encoder: Encoder = field(default_factory=Encoder)
     reward: RewardWeights = field(default_factory=RewardWeights)
     method: Method = "dopri5"
-    rtol: float = 1e-6
+    rtol: float = 1e-5
 
     def __post_init__(self) -> None:
         _check_choices(self)

@@ -7,11 +7,11 @@ zero before the event is located.
 
 from math import exp, inf
 
-from drill_env._jit import kernel
+from drill_env._jit import inlined, kernel
 from drill_env.parameters._record import BETA1, BETA2, BL, HUMPED, STRIBECK, T1, T2, TSL
 
 
-@kernel
+@inlined
 def saturation(z):
     """1 - 2/(1 + e^z) without overflow."""
     if z >= 0.0:
@@ -21,7 +21,7 @@ def saturation(z):
     return (e - 1.0) / (1.0 + e)
 
 
-@kernel
+@inlined
 def hump(p, speed):
     """The two saturating terms of equation (7) together (Nm)."""
     z1, z2 = p.beta1 * speed, p.beta2 * speed
@@ -36,7 +36,7 @@ def hump(p, speed):
     return high / ((1.0 + e1) * (1.0 + e2))
 
 
-@kernel
+@inlined
 def lower_sliding(p, speed):
     """Lower-disc sliding torque T_l (Nm), equation (7) or its alternatives."""
     torque = p.Tsl + p.bl * speed
@@ -104,7 +104,7 @@ def fill_clamp(p):
             return
 
 
-@kernel
+@inlined
 def upper_sliding(p, sign, omega):
     """Signed upper friction torque T_fu (Nm) while slipping in direction `sign`, (5)."""
     return sign * p.Tsu + p.dTsu + (p.bu + sign * p.dbu) * omega

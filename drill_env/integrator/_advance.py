@@ -1,6 +1,6 @@
 """Compiled event-driven integration through a piecewise-polynomial voltage."""
 
-from drill_env._jit import kernel
+from drill_env._jit import inlined, kernel
 from drill_env.integrator._events import LOWER, UPPER, first_event
 from drill_env.integrator._modes import MAXIMUM, MINIMUM, change, note, overdue
 from drill_env.integrator._records import N_STATE
@@ -23,7 +23,7 @@ _CHATTER_STEP = 1e-7
 _LOG_MARGIN = 8
 
 
-@kernel
+@inlined
 def load_piece(run, work, breaks, pieces):
     """Make the present voltage piece the one that steps read."""
     work.start, work.end = breaks[run.piece], breaks[run.piece + 1]
@@ -33,7 +33,7 @@ def load_piece(run, work, breaks, pieces):
     work.has_rates = 0
 
 
-@kernel
+@inlined
 def load_rates(p, run, work):
     """Stage 0 of the step that starts now."""
     for i in range(N_STATE):
@@ -43,7 +43,7 @@ def load_rates(p, run, work):
         work.has_rates = 1
 
 
-@kernel
+@inlined
 def pass_overdue(p, run, work, log):
     """Change a mode that cannot last; whether one was."""
     u = voltage_at(work, run.t)
@@ -69,7 +69,7 @@ def rest_to_end(run, work, t_eval, out, modes, sens_out):
     run.chatter = 0
 
 
-@kernel
+@inlined
 def choose_step(run, work, t_eval):
     """Step to try, and the time at which it ends exactly (or infinity)."""
     target = work.end
@@ -95,7 +95,7 @@ def reject(run, tab, h, error):
     return STEP_TOO_SMALL if run.h < 1e-14 * (1.0 + abs(run.t)) else DONE
 
 
-@kernel
+@inlined
 def adapt(run, tab, h, clipped, error):
     """Set the next step from the error of an accepted one."""
     # Slow growth: the friction is steep near rest, and a long step into it is lost.
@@ -125,7 +125,7 @@ def note_turn(run, work, tab, h, log):
     note(log, run, run.t + s * h, LOWER, MAXIMUM if first > 0.0 else MINIMUM, work.turn)
 
 
-@kernel
+@inlined
 def write_samples(run, work, tab, h, t_new, t_eval, out, modes, sens_out):
     """Fill the samples in (t, t_new]."""
     while run.sample < t_eval.size and t_eval[run.sample] <= t_new:
@@ -142,7 +142,7 @@ def write_samples(run, work, tab, h, t_new, t_eval, out, modes, sens_out):
         run.sample += 1
 
 
-@kernel
+@inlined
 def finish_step(p, run, work, tab, h, t_new, t_eval, out, modes, log, sens_out):
     """Accept the step: samples, turning points, sensitivities, new state."""
     last = tab.stages
@@ -168,7 +168,7 @@ def finish_step(p, run, work, tab, h, t_new, t_eval, out, modes, log, sens_out):
     run.chatter = 0
 
 
-@kernel
+@inlined
 def one_step(p, run, work, tab, t_eval, out, modes, log, sens_out):
     """One try: a mode change, a rest, a rejected or an accepted step."""
     load_rates(p, run, work)
@@ -203,7 +203,7 @@ def one_step(p, run, work, tab, t_eval, out, modes, log, sens_out):
     return DONE
 
 
-@kernel
+@inlined
 def advance(p, run, work, tab, breaks, pieces, t_eval, out, modes, log, sens_out):
     """Integrate from `run.t` to `breaks[-1]`; everything is updated in place.
 

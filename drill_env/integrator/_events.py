@@ -1,6 +1,6 @@
 """Compiled event functions over a step and the location of their first zero."""
 
-from drill_env._jit import kernel
+from drill_env._jit import inlined, kernel
 from drill_env.dynamics._kernels import clamp_event, lower_event, upper_event
 from drill_env.integrator._step import (
     dense_at,
@@ -40,7 +40,7 @@ def dense_event(which, p, run, work, tab, h, s):
     return upper_event(p, 0, twist, 0.0, 0.0, 0.0, voltage_at(work, run.t + s * h), 0.0)[0]
 
 
-@kernel
+@inlined
 def slip_may_end(sign, row, work, last):
     """Whether a velocity can reach zero inside the step; errs on the side of yes.
 
@@ -58,7 +58,7 @@ def slip_may_end(sign, row, work, last):
     return low < 0.5 * high and sign * k[0, row] < 0.0 < sign * k[last, row]
 
 
-@kernel
+@inlined
 def may_end(which, p, run, work, last, h):
     """Whether disc `which` can change mode inside the step; errs on the side of yes."""
     if which == LOWER_LAW:
@@ -152,7 +152,7 @@ def polish(which, p, run, work, tab, h, limit):
         run_stages(p, run, work, tab, h, 1, last)
         value, slope = stage_event(which, p, run, work, last, run.t + h)
         # A graze has no slope to divide by; the dense root is then kept.
-        if slope >= 0.0 or abs(value) <= 1e-16 or abs(value) > 0.1 * h * abs(slope):
+        if slope >= 0.0 or abs(value) <= work.event_tol or abs(value) > 0.1 * h * abs(slope):
             break
         new = min(h - value / slope, limit)
         if abs(new - h) <= 1e-15 * (1.0 + abs(run.t)):
@@ -161,7 +161,7 @@ def polish(which, p, run, work, tab, h, limit):
     return h
 
 
-@kernel
+@inlined
 def first_event(p, run, work, tab, h):
     """Earliest mode change inside the step just taken: (disc or -1, step length to it).
 

@@ -1,6 +1,6 @@
 """Compiled slip/stick transitions: which mode follows which."""
 
-from drill_env._jit import kernel
+from drill_env._jit import inlined, kernel
 from drill_env.dynamics._kernels import (
     lower_margin,
     lower_rate,
@@ -13,7 +13,7 @@ from drill_env.integrator._records import N_COLUMNS, N_STATE
 STICK, SLIP, REVERSAL, MAXIMUM, MINIMUM, CLAMP = 0, 1, 2, 3, 4, 5
 
 
-@kernel
+@inlined
 def margin_of(which, p, run, u):
     """Stiction left at a disc (Nm), and the sign it would leave in."""
     return upper_margin(p, run.y[0], u) if which == UPPER else lower_margin(p, run.y[0])
@@ -60,7 +60,7 @@ def transit(which, p, run, u):
     return REVERSAL
 
 
-@kernel
+@inlined
 def overdue(which, p, run, work, u):
     """Whether disc `which` must change mode right now, before any step."""
     direction = run.mode[which]

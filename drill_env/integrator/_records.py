@@ -35,6 +35,7 @@ WORK = np.dtype(
     [
         ("rtol", "f8"),
         ("atol", "f8"),
+        ("event_tol", "f8"),  # event function below which its zero is taken as found
         ("max_step", "f8"),
         ("max_steps", "i8"),
         ("extrema", "i8"),
@@ -90,10 +91,12 @@ def new_work(
     *,
     extrema: bool = False,
     sensitivity: bool = False,
+    event_tol: float = 1e-16,
 ) -> np.ndarray:
     """Options and working arrays, shape (1,)."""
     work = np.zeros(1, dtype=WORK)
     work["rtol"], work["atol"], work["max_step"] = rtol, atol, max_step
+    work["event_tol"] = event_tol
     work["max_steps"] = 2_000_000_000
     work["extrema"], work["sensitivity"] = extrema, sensitivity
     work["sens"][0, :, :N_STATE] = np.eye(N_STATE)

@@ -5,12 +5,13 @@ The start of the step is stage 0 of `work.ys`; the state at its end stage `tab.s
 
 from math import sqrt
 
-from drill_env._jit import kernel
+from drill_env._jit import inlined, kernel
 from drill_env.dynamics._kernels import lower_rate, upper_rate
+from drill_env.integrator._dopri5 import dopri5_dense, dopri5_error, dopri5_stages
 from drill_env.integrator._records import N_STATE
 
 
-@kernel
+@inlined
 def voltage_at(work, t):
     """Voltage (V) of the present piece at time `t` (s)."""
     n = work.coefficients
@@ -37,7 +38,7 @@ def voltage_slope(work, t):
     return value / length
 
 
-@kernel
+@inlined
 def fill_rates(p, run, work, stage, u):
     """Rates of one stage from its state."""
     ys, k = work.ys, work.k
@@ -47,9 +48,26 @@ def fill_rates(p, run, work, stage, u):
     k[stage, 3] = ys[stage, 2]
 
 
-@kernel
+@inlined
+def stage_voltages(run, work, tab, h):
+    """Voltages (V) of stages 1 to 5 of a short tableau."""
+    u = work.piece[0]
+    if work.coefficients == 1:
+        return u, u, u, u, u
+    t, c = run.t, tab.c
+    return (
+        voltage_at(work, t + c[1] * h), voltage_at(work, t + c[2] * h),
+        voltage_at(work, t + c[3] * h), voltage_at(work, t + c[4] * h), voltage_at(work, t + h),
+    )  # fmt: skip
+
+
+@inlined
 def run_stages(p, run, work, tab, h, first, last):
     """Fill stages `first`..`last` of a step of `h` s from the present state."""
+    if tab.extra == 0:
+        if first == 1:
+            dopri5_stages(p, run, work, h, stage_voltages(run, work, tab, h))
+        return
     ys, k = work.ys, work.k
     u = work.piece[0]
     for i in range(first, last + 1):
@@ -70,10 +88,16 @@ def run_stages(p, run, work, tab, h, first, last):
         fill_rates(p, run, work, i, u)
 
 
-@kernel
+@inlined
 def error_norm(work, tab, h):
     """Scaled error of the step just taken; at most 1 is accepted."""
     n = tab.stages
+    if tab.extra == 0:
+        total = 0.0
+        for i in range(3):
+            size = max(abs(work.ys[0, i]), abs(work.ys[n, i]))
+            total += (dopri5_error(work.k, i) / (work.atol + work.rtol * size)) ** 2
+        return h * sqrt(total / 3.0)
     high2 = low2 = 0.0
     for i in range(3):
         high = low = 0.0
@@ -86,15 +110,16 @@ def error_norm(work, tab, h):
         low2 += (low * scale) ** 2
     if high2 == 0.0:
         return 0.0
-    if tab.extra == 0:
-        return h * sqrt(high2 / 3.0)
     # Hairer's combination of the fifth and third order estimates (DOP853).
     return h * high2 / sqrt((high2 + 0.01 * low2) * 3.0)
 
 
-@kernel
+@inlined
 def fill_dense(p, run, work, tab, h):
     """Monomial coefficients of the state over the step, with the stages they need."""
+    if tab.extra == 0:
+        dopri5_dense(work, h)
+        return
     last = tab.stages + tab.extra
     run_stages(p, run, work, tab, h, tab.stages + 1, last)
     for i in range(N_STATE):
@@ -105,7 +130,7 @@ def fill_dense(p, run, work, tab, h):
             work.dense[i, m] = h * total
 
 
-@kernel
+@inlined
 def dense_at(work, tab, component, s):
     """State component at share `s` of the step."""
     value = work.dense[component, tab.degree - 1]

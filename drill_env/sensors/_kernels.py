@@ -4,17 +4,17 @@ Filter memory of one channel: (last angle, z1, z2) of a second-order section in
 transposed direct form II, fed with backward differences.
 """
 
-from math import floor
+import numpy as np
 
-from drill_env._jit import kernel
+from drill_env._jit import inlined, kernel
 
 
-@kernel
+@inlined
 def quantise(angle, quantum):
     """Angle (rad) as whole counts of `quantum` rad, rounded to the nearest; 0 passes through."""
     if quantum <= 0.0:
         return angle
-    return floor(angle / quantum + 0.5) * quantum
+    return np.floor(angle / quantum + 0.5) * quantum
 
 
 @kernel
@@ -25,14 +25,20 @@ def start_filter(memory, angle, omega, b, a):
     memory[1] = (b[1] - a[1]) * omega + memory[2]
 
 
+@inlined
+def filter_step(last, z1, z2, angle, rate, b, a):
+    """Velocity (rad/s) after one more angle (rad) at `rate` Hz, and the new (z1, z2)."""
+    difference = (angle - last) * rate
+    velocity = b[0] * difference + z1
+    z1 = b[1] * difference - a[1] * velocity + z2
+    return velocity, z1, b[2] * difference - a[2] * velocity
+
+
 @kernel
 def filter_sample(memory, angle, rate, b, a):
-    """Velocity (rad/s) after one more angle sample (rad) at `rate` Hz."""
-    difference = (angle - memory[0]) * rate
-    velocity = b[0] * difference + memory[1]
-    memory[1] = b[1] * difference - a[1] * velocity + memory[2]
-    memory[2] = b[2] * difference - a[2] * velocity
-    memory[0] = angle
+    """As `filter_step`, its memory kept in an array."""
+    velocity, z1, z2 = filter_step(memory[0], memory[1], memory[2], angle, rate, b, a)
+    memory[0], memory[1], memory[2] = angle, z1, z2
     return velocity
 
 

@@ -1,0 +1,93 @@
+"""Compiled Dormand-Prince step: the loops of `_step`, unrolled with literal coefficients.
+
+Written out because environments spend most of their time here: the general loops read each
+coefficient from memory.
+"""
+
+from drill_env._jit import inlined, kernel
+from drill_env.dynamics._kernels import lower_rate, upper_rate
+from drill_env.integrator._records import N_STATE
+
+LAST = 6
+
+A10 = 1 / 5
+A20, A21 = 3 / 40, 9 / 40
+A30, A31, A32 = 44 / 45, -56 / 15, 32 / 9
+A40, A41, A42, A43 = 19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729
+A50, A51, A52, A53, A54 = 9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656
+B0, B2, B3, B4, B5 = 35 / 384, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84
+E0, E2, E3 = -71 / 57600, 71 / 16695, -71 / 1920
+E4, E5, E6 = 17253 / 339200, -22 / 525, 1 / 40
+# Dense output: coefficients of s^2, s^3, s^4 (that of s is stage 0 itself).
+P01, P02, P03 = -8048581381 / 2820520608, 8663915743 / 2820520608, -12715105075 / 11282082432
+P21, P22, P23 = 131558114200 / 32700410799, -68118460800 / 10900136933, 87487479700 / 32700410799
+P31, P32, P33 = -1754552775 / 470086768, 14199869525 / 1410260304, -10690763975 / 1880347072
+P41, P42, P43 = 127303824393 / 49829197408, -318862633887 / 49829197408, 701980252875 / 199316789632
+P51, P52, P53 = -282668133 / 205662961, 2019193451 / 616988883, -1453857185 / 822651844
+P61, P62, P63 = 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423
+
+
+@inlined
+def keep_stage(p, mode, ys, k, i, x, v, w, u):
+    """Store state and rates of stage `i`; returns the rates."""
+    ys[i, 0], ys[i, 1], ys[i, 2] = x, v, w
+    rate_x = v - w
+    rate_v = upper_rate(p, mode[0], x, v, u)
+    rate_w = lower_rate(p, mode[1], mode[2], x, w)
+    k[i, 0], k[i, 1], k[i, 2], k[i, 3] = rate_x, rate_v, rate_w, w
+    return rate_x, rate_v, rate_w
+
+
+@kernel
+def dopri5_stages(p, run, work, h, us):
+    """Fill stages 1 to 6 of a step of `h` s; `us` holds their voltages."""
+    ys, k, mode = work.ys, work.k, run.mode
+    x, v, w = ys[0, 0], ys[0, 1], ys[0, 2]
+    x0, v0, w0 = k[0, 0], k[0, 1], k[0, 2]
+    x1, v1, w1 = keep_stage(
+        p, mode, ys, k, 1, x + h * (A10 * x0), v + h * (A10 * v0), w + h * (A10 * w0), us[0]
+    )
+    x2, v2, w2 = keep_stage(
+        p, mode, ys, k, 2, x + h * (A20 * x0 + A21 * x1), v + h * (A20 * v0 + A21 * v1),
+        w + h * (A20 * w0 + A21 * w1), us[1],
+    )  # fmt: skip
+    x3, v3, w3 = keep_stage(
+        p, mode, ys, k, 3, x + h * (A30 * x0 + A31 * x1 + A32 * x2),
+        v + h * (A30 * v0 + A31 * v1 + A32 * v2), w + h * (A30 * w0 + A31 * w1 + A32 * w2), us[2],
+    )  # fmt: skip
+    x4, v4, w4 = keep_stage(
+        p, mode, ys, k, 4, x + h * (A40 * x0 + A41 * x1 + A42 * x2 + A43 * x3),
+        v + h * (A40 * v0 + A41 * v1 + A42 * v2 + A43 * v3),
+        w + h * (A40 * w0 + A41 * w1 + A42 * w2 + A43 * w3), us[3],
+    )  # fmt: skip
+    x5, v5, w5 = keep_stage(
+        p, mode, ys, k, 5, x + h * (A50 * x0 + A51 * x1 + A52 * x2 + A53 * x3 + A54 * x4),
+        v + h * (A50 * v0 + A51 * v1 + A52 * v2 + A53 * v3 + A54 * v4),
+        w + h * (A50 * w0 + A51 * w1 + A52 * w2 + A53 * w3 + A54 * w4), us[4],
+    )  # fmt: skip
+    ys[LAST, 3] = ys[0, 3] + h * (
+        B0 * k[0, 3] + B2 * k[2, 3] + B3 * k[3, 3] + B4 * k[4, 3] + B5 * k[5, 3]
+    )
+    keep_stage(
+        p, mode, ys, k, LAST, x + h * (B0 * x0 + B2 * x2 + B3 * x3 + B4 * x4 + B5 * x5),
+        v + h * (B0 * v0 + B2 * v2 + B3 * v3 + B4 * v4 + B5 * v5),
+        w + h * (B0 * w0 + B2 * w2 + B3 * w3 + B4 * w4 + B5 * w5), us[4],
+    )  # fmt: skip
+
+
+@inlined
+def dopri5_error(k, i):
+    """Rate of the error estimate of state component `i`."""
+    return E0 * k[0, i] + E2 * k[2, i] + E3 * k[3, i] + E4 * k[4, i] + E5 * k[5, i] + E6 * k[6, i]
+
+
+@inlined
+def dopri5_dense(work, h):
+    """Monomial coefficients of the state over the step."""
+    k, d = work.k, work.dense
+    for i in range(N_STATE):
+        k0, k2, k3, k4, k5, k6 = k[0, i], k[2, i], k[3, i], k[4, i], k[5, i], k[6, i]
+        d[i, 0] = h * k0
+        d[i, 1] = h * (P01 * k0 + P21 * k2 + P31 * k3 + P41 * k4 + P51 * k5 + P61 * k6)
+        d[i, 2] = h * (P02 * k0 + P22 * k2 + P32 * k3 + P42 * k4 + P52 * k5 + P62 * k6)
+        d[i, 3] = h * (P03 * k0 + P23 * k2 + P33 * k3 + P43 * k4 + P53 * k5 + P63 * k6)
