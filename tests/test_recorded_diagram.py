@@ -16,6 +16,8 @@ from drill_env.continuation import bifurcation_diagram
 from drill_env.identification.recorded_diagram import recorded_points
 from drill_env.recordings import Recording, read_recording
 
+pytestmark = pytest.mark.filterwarnings("ignore::drill_env.recordings.RecordingWarning")
+
 # One count of 8192 over the smoothing window, and what smoothing takes off the peaks.
 RESTING, TURNING, PEAK, TROUGH = 1e-9, 5e-3, 0.01, 0.06
 PROMISED = ["diagram.csv", "diagram.parquet", "points.json", "diagram.png", "diagram.html"]
@@ -102,11 +104,13 @@ def test_the_command_writes_what_it_promises(drawn):
 def test_the_page_holds_a_closed_cycle_behind_every_marker(drawn):
     page = (drawn[1] / "diagram.html").read_text()
     cycles = json.loads(re.search(r"const cycles = (\[.*?\]);\n", page).group(1))  # pyright: ignore
-    assert "plotly_click" in page and "http" not in re.sub(r"<script.*?</script>", "", page, flags=re.S)
+    assert "plotly_click" in page and "http" not in re.sub(
+        r"<script.*?</script>", "", page, flags=re.S
+    )
     for cycle in cycles[:: max(1, len(cycles) // 10)]:
         assert cycle["omega_l"][0] == pytest.approx(cycle["omega_l"][-1], abs=2e-5)
         assert cycle["t"][-1] == pytest.approx(cycle["period"], abs=1e-5)
-    keys = [int(key) for key in re.findall(r'\[(\d+),4\.\d+,', page)]
+    keys = [int(key) for key in re.findall(r"\[(\d+),4\.\d+,", page)]
     assert keys and max(keys) < len(cycles)
 
 
@@ -127,6 +131,19 @@ def test_other_modes_write_their_files(options, files, tmp_path):
     report = json.loads(done.stdout)
     assert [Path(path).name for path in report["files"]] == files
     assert all((tmp_path / path).stat().st_size > 100 for path in report["files"])
+
+
+def test_the_controlled_rig_holds_what_the_open_loop_cannot(tmp_path):
+    done = drill("bifurcation", "--controller=pi", "--out=d", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    table = pd.DataFrame(report["rows"])
+    assert (tmp_path / "d" / "controlled-pi.png").read_bytes().startswith(b"\x89PNG")
+    held = table[table.stable]
+    assert 0.3 in held.setpoint.tolist() and not table[table.setpoint > 5.0].stable.any()
+    # Where a small swing decays the set point is held, and the other way round.
+    known = table[np.isfinite(table.growth_rate.astype(float))]
+    assert len(known) and ((known.growth_rate < 0.0) == known.stable).all()
 
 
 @pytest.mark.parametrize(

@@ -73,7 +73,7 @@ RL0=0.1, RL1=20.5, EPSL=1e-09, EPSU=1e-09, EPSS=1e-07, DS=-0.05, DSMIN=1e-6, DSM
 CYCLES = """
 NDIM=3, IPS=2, IRS={label}, ILP=1, ICP=[1, 11, 12], NTST={ntst}, NCOL={ncol}, IAD=3, ISP=2,
 ISW=1, IPLT=0, NBC=0, NINT=0, NMX={nmx}, NPR=0, MXBF=0, IID=0, ITMX=8, ITNW=7, NWTN=3, JAC=0,
-RL0=0.1, RL1=20.5, EPSL={tol}, EPSU={tol}, EPSS=1e-05, DS=0.01, DSMIN=1e-6, DSMAX={dsmax}, IADS=1,
+RL0=0.1, RL1=20.5, EPSL={tol}, EPSU={tol}, EPSS={locate}, DS=0.01, DSMIN=1e-6, DSMAX={dsmax}, IADS=1,
 UZR={{{at}}}, UZSTOP={{12: {stop}}}
 """
 # AUTO's own default, and the one with which it needs the fewest points and the least time.
@@ -162,7 +162,8 @@ def run_auto(folder: Path, eps: float, dsmax: float, periods: bool = False) -> A
     asked = f"1: [{', '.join(map(str, AT))}]" if periods else ""
     constants = CYCLES.format(
         label=int(hopf[0][3]), stop=0.97 * hopf[-1][-1], at=asked, nmx=4000 if periods else 1000,
-        dsmax=dsmax, tol=1e-10 if periods else 1e-7, **mesh,
+        dsmax=dsmax, tol=1e-10 if periods else 1e-7,
+        locate=1e-9 if periods else 1e-5, **mesh,
     )  # fmt: skip
     seconds += auto_step(folder, constants, folder / "equilibria")
     found = {v: row[9] for v in AT for row in rows_of(folder, 4) if abs(row[4] - v) < 1e-4}

@@ -67,6 +67,10 @@ def bifurcation_command(
     """
     from drill_env._files import make_folder
 
+    modes = {"--parameter": parameter, "--map": map_, "--basin": basin, "--controller": controller}
+    given = [name for name, value in modes.items() if value is not None]
+    if len(given) > 1:
+        raise InputError(f"{' and '.join(given)} are both given: give one of them")
     plant = rig_from(rig)
     make_folder(output_folder(out))
     if parameter is not None:
@@ -141,6 +145,7 @@ def _parameter(
     from drill_env._tables import write_table
     from drill_env.continuation import parameter_diagram
     from drill_env.continuation.tables import cycle_rows, point_documents
+    from drill_env.report.bifurcation_picture import save_parameter_picture
 
     if volts is None or between is None:
         raise InputError("--parameter needs --volts V and --range LOW,HIGH")
@@ -148,9 +153,10 @@ def _parameter(
     if len(ends) != 2:
         raise InputError(f"--range is {between!r}: give two numbers, low,high")
     found = parameter_diagram(rig, name, volts, ends[0], ends[1])
-    files = [out / f"{name}-cycles.csv", out / f"{name}-equilibria.csv"]
+    files = [out / f"{name}{end}" for end in ("-cycles.csv", "-equilibria.csv", ".png")]
     write_table(pd.DataFrame(list(cycle_rows(found.branches))), files[0])
     write_table(found.equilibria, files[1])
+    save_parameter_picture(found, files[2])
     return {
         "files": files,
         "parameter": name,
@@ -209,13 +215,17 @@ def _controlled(rig: Rig, name: str, out: Path) -> dict[str, Any]:
     from drill_env import baselines
     from drill_env._tables import write_table
     from drill_env.benchmark.controlled_diagram import controlled_diagram
+    from drill_env.continuation import bifurcation_diagram
     from drill_env.environment.config import EnvConfig
+    from drill_env.report.bifurcation_picture import save_controlled_picture
 
     config = EnvConfig(rig=rig)
     baselines.make(name, config)
     table = controlled_diagram(baselines.CONTROLLERS[name], config, np.linspace(0.3, 8.5, 42))
-    files = [out / f"controlled-{name}.csv"]
+    files = [out / f"controlled-{name}.csv", out / f"controlled-{name}.png"]
     write_table(table, files[0])
+    diagram = bifurcation_diagram(rig, config.voltage_limit)
+    save_controlled_picture(table, name, diagram, files[1])
     return {"files": files, "controller": name, "rows": table.to_dict("records")}
 
 

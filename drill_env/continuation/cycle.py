@@ -175,18 +175,18 @@ class PeriodMap:
 
     def phase(self, state: FloatArray, value: float) -> tuple[float, FloatArray]:
         """Section condition ktheta twist = T_l(omega_l), and its gradient by (state, T, value)."""
+        gradient = np.zeros(5)
         if self.parameter != "voltage":
             step = 1e-7 * max(abs(value), 1e-3)
             margins = []
             for near in (value - step, value + step):
                 self._set(near)
                 margins.append(self._p["ktheta"][0] * state[0] - self._friction(state[2])[0])
+            gradient[4] = (margins[1] - margins[0]) / (2.0 * step)
         self._set(value)
         torque, slope = self._friction(state[2])
         ktheta = float(self._p["ktheta"][0])
-        gradient = np.array([ktheta, 0.0, -slope, 0.0, 0.0])
-        if self.parameter != "voltage":
-            gradient[4] = (margins[1] - margins[0]) / (2.0 * step)
+        gradient[0], gradient[2] = ktheta, -slope
         return ktheta * state[0] - torque, gradient
 
     def _set(self, value: float) -> None:

@@ -127,8 +127,9 @@ def _lyapunov(
         return np.array([0.0, 0.0, -second * x[2] * y[2] / rig.Jl], dtype=np.complex128)
 
     cubic = np.array([0.0, 0.0, -third * q[2] * q[2] * q[2].conjugate() / rig.Jl])
+    shifted = np.asarray(2j * frequency * np.eye(3) - matrix, dtype=np.complex128)
     mean = _solve(matrix, quadratic(q, q.conj()))
-    double = _solve(2j * frequency * np.eye(3) - matrix, quadratic(q, q))
+    double = _solve(shifted, quadratic(q, q))
     total = cubic - 2.0 * quadratic(q, mean) + quadratic(q.conj(), double)
     return float(np.vdot(p, total).real / (2.0 * frequency))
 

@@ -186,6 +186,8 @@ def _grazing(segment: _Segment, low: float, a: Point, high: float) -> SpecialPoi
     slope = 1.0
     for _ in range(60):
         slope = (there.cycle.min - here.cycle.min) / (other - free)
+        if slope == 0.0:
+            raise CycleError(f"min omega_l does not move towards 0 near {there.z[4]:.9g}")
         root = other - there.cycle.min / slope
         s = other + (1.0 - 1e-4) * (root - other)
         if there.cycle.min < 1e-12 or abs(s - other) < 1e-14 * segment.length:

@@ -96,4 +96,4 @@ def negative_range(rig: Rig) -> tuple[float, float] | None:
 
     With the printed parameters: about 16.0 to 42.1 rad/s.
     """
-    return _negative_range(rig.replace(effects=()))
+    return _negative_range(rig.replace(effects=()) if rig.effects else rig)

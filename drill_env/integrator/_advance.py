@@ -23,7 +23,7 @@ _CHATTER_STEP = 1e-7
 _LOG_MARGIN = 8
 
 
-@inlined
+@kernel
 def load_piece(run, work, breaks, pieces):
     """Make the present voltage piece the one that steps read."""
     work.start, work.end = breaks[run.piece], breaks[run.piece + 1]
@@ -43,7 +43,7 @@ def load_rates(p, run, work):
         work.has_rates = 1
 
 
-@inlined
+@kernel
 def pass_overdue(p, run, work, log):
     """Change a mode that cannot last; whether one was."""
     u = voltage_at(work, run.t)
@@ -95,7 +95,7 @@ def reject(run, tab, h, error):
     return STEP_TOO_SMALL if run.h < 1e-14 * (1.0 + abs(run.t)) else DONE
 
 
-@inlined
+@kernel
 def adapt(run, tab, h, clipped, error):
     """Set the next step from the error of an accepted one."""
     # Slow growth: the friction is steep near rest, and a long step into it is lost.
@@ -142,7 +142,7 @@ def write_samples(run, work, tab, h, t_new, t_eval, out, modes, sens_out):
         run.sample += 1
 
 
-@inlined
+@kernel
 def finish_step(p, run, work, tab, h, t_new, t_eval, out, modes, log, sens_out):
     """Accept the step: samples, turning points, sensitivities, new state."""
     last = tab.stages
@@ -168,7 +168,7 @@ def finish_step(p, run, work, tab, h, t_new, t_eval, out, modes, log, sens_out):
     run.chatter = 0
 
 
-@inlined
+@kernel
 def one_step(p, run, work, tab, t_eval, out, modes, log, sens_out):
     """One try: a mode change, a rest, a rejected or an accepted step."""
     load_rates(p, run, work)

@@ -5,8 +5,8 @@ coefficient from memory.
 """
 
 from drill_env._jit import inlined, kernel
-from drill_env.dynamics._kernels import lower_rate, upper_rate
 from drill_env.integrator._records import N_STATE
+from drill_env.integrator._stage import keep_stage
 
 LAST = 6
 
@@ -25,17 +25,6 @@ P31, P32, P33 = -1754552775 / 470086768, 14199869525 / 1410260304, -10690763975 
 P41, P42, P43 = 127303824393 / 49829197408, -318862633887 / 49829197408, 701980252875 / 199316789632
 P51, P52, P53 = -282668133 / 205662961, 2019193451 / 616988883, -1453857185 / 822651844
 P61, P62, P63 = 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423
-
-
-@inlined
-def keep_stage(p, mode, ys, k, i, x, v, w, u):
-    """Store state and rates of stage `i`; returns the rates."""
-    ys[i, 0], ys[i, 1], ys[i, 2] = x, v, w
-    rate_x = v - w
-    rate_v = upper_rate(p, mode[0], x, v, u)
-    rate_w = lower_rate(p, mode[1], mode[2], x, w)
-    k[i, 0], k[i, 1], k[i, 2], k[i, 3] = rate_x, rate_v, rate_w, w
-    return rate_x, rate_v, rate_w
 
 
 @kernel

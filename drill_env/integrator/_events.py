@@ -161,7 +161,7 @@ def polish(which, p, run, work, tab, h, limit):
     return h
 
 
-@inlined
+@kernel
 def first_event(p, run, work, tab, h):
     """Earliest mode change inside the step just taken: (disc or -1, step length to it).
 

@@ -13,7 +13,7 @@ from drill_env.integrator._records import N_COLUMNS, N_STATE
 STICK, SLIP, REVERSAL, MAXIMUM, MINIMUM, CLAMP = 0, 1, 2, 3, 4, 5
 
 
-@inlined
+@kernel
 def margin_of(which, p, run, u):
     """Stiction left at a disc (Nm), and the sign it would leave in."""
     return upper_margin(p, run.y[0], u) if which == UPPER else lower_margin(p, run.y[0])

@@ -7,11 +7,12 @@ from math import sqrt
 
 from drill_env._jit import inlined, kernel
 from drill_env.dynamics._kernels import lower_rate, upper_rate
+from drill_env.integrator._dop853 import dop853_stages
 from drill_env.integrator._dopri5 import dopri5_dense, dopri5_error, dopri5_stages
 from drill_env.integrator._records import N_STATE
 
 
-@inlined
+@kernel
 def voltage_at(work, t):
     """Voltage (V) of the present piece at time `t` (s)."""
     n = work.coefficients
@@ -61,12 +62,32 @@ def stage_voltages(run, work, tab, h):
     )  # fmt: skip
 
 
-@inlined
+@kernel
+def long_stage_voltages(run, work, tab, h):
+    """Voltages (V) of stages 1 to 12 of a long tableau."""
+    u = work.piece[0]
+    if work.coefficients == 1:
+        return u, u, u, u, u, u, u, u, u, u, u, u
+    t, c = run.t, tab.c
+    return (
+        voltage_at(work, t + c[1] * h), voltage_at(work, t + c[2] * h),
+        voltage_at(work, t + c[3] * h), voltage_at(work, t + c[4] * h),
+        voltage_at(work, t + c[5] * h), voltage_at(work, t + c[6] * h),
+        voltage_at(work, t + c[7] * h), voltage_at(work, t + c[8] * h),
+        voltage_at(work, t + c[9] * h), voltage_at(work, t + c[10] * h),
+        voltage_at(work, t + c[11] * h), voltage_at(work, t + h),
+    )  # fmt: skip
+
+
+@kernel
 def run_stages(p, run, work, tab, h, first, last):
     """Fill stages `first`..`last` of a step of `h` s from the present state."""
     if tab.extra == 0:
         if first == 1:
             dopri5_stages(p, run, work, h, stage_voltages(run, work, tab, h))
+        return
+    if first == 1:
+        dop853_stages(p, run, work, h, long_stage_voltages(run, work, tab, h))
         return
     ys, k = work.ys, work.k
     u = work.piece[0]
@@ -88,7 +109,7 @@ def run_stages(p, run, work, tab, h, first, last):
         fill_rates(p, run, work, i, u)
 
 
-@inlined
+@kernel
 def error_norm(work, tab, h):
     """Scaled error of the step just taken; at most 1 is accepted."""
     n = tab.stages
@@ -114,7 +135,7 @@ def error_norm(work, tab, h):
     return h * high2 / sqrt((high2 + 0.01 * low2) * 3.0)
 
 
-@inlined
+@kernel
 def fill_dense(p, run, work, tab, h):
     """Monomial coefficients of the state over the step, with the stages they need."""
     if tab.extra == 0:

@@ -124,13 +124,10 @@ class Rig:
 
     def record(self) -> np.ndarray:
         """The parameters as the kernels read them, shape (1,)."""
-        p = np.zeros(1, dtype=PARAMETERS)
-        for name in NAMES:
-            p[name] = getattr(self, name)
-        p["per_Ju"], p["per_Jl"] = 1.0 / self.Ju, 1.0 / self.Jl
-        p["law"], p["clamp"] = LAWS.index(self.friction), self.clamp
-        p["locked"] = self.inertias == 1
-        return p
+        values = [getattr(self, name) for name in NAMES]
+        reciprocals = [1.0 / self.Ju, 1.0 / self.Jl]
+        flags = [LAWS.index(self.friction), self.clamp, self.inertias == 1]
+        return np.array([(*values, *reciprocals, np.inf, np.inf, *flags)], dtype=PARAMETERS)
 
     @property
     def breakaway_voltage(self) -> float:

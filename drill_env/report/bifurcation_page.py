@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -23,14 +24,15 @@ plot.on('plotly_click', event => {
   const key = event.points[0].customdata && event.points[0].customdata[0];
   if (key === undefined || key < 0) return;
   const c = cycles[key];
+  const options = {responsive: true, displayModeBar: false};
   const title = `cycle at ${c.parameter.toFixed(4)} V, period ${c.period.toFixed(5)} s`;
   Plotly.newPlot('trace', [
     {x: c.t, y: c.omega_l, name: 'lower disc'}, {x: c.t, y: c.omega_u, name: 'upper disc'}],
     {title: {text: title}, xaxis: {title: {text: 'time [s]'}}, margin: {t: 40},
-     yaxis: {title: {text: 'speed [rad/s]'}}}, {responsive: true});
+     yaxis: {title: {text: 'speed [rad/s]'}}}, options);
   Plotly.newPlot('phase', [{x: c.twist, y: c.omega_l, mode: 'lines'}],
     {title: {text: 'phase portrait'}, xaxis: {title: {text: 'twist [rad]'}}, margin: {t: 40},
-     yaxis: {title: {text: 'lower disc [rad/s]'}}}, {responsive: true});
+     yaxis: {title: {text: 'lower disc [rad/s]'}}}, options);
 });
 """
 
@@ -55,7 +57,9 @@ def save_diagram_page(diagram: Diagram, path: Path) -> None:
     picked, keys = _picked(diagram)
     figure = _figure(diagram, keys)
     script = _SCRIPT % json.dumps([_cycle_trace(diagram, point) for point in picked])
-    plot = figure.to_html(full_html=False, include_plotlyjs=True, post_script=script)
+    plot = figure.to_html(
+        full_html=False, include_plotlyjs=True, post_script=script, config={"responsive": True}
+    )
     write_text(path, _PAGE.replace("TABLE", _point_table(diagram)).replace("PLOT", plot))
 
 
@@ -95,7 +99,7 @@ def _figure(diagram: Diagram, keys: dict[float, int]) -> go.Figure:
             _add_cycles(figure, [p for p in branch.points if p.cycle.stable == stable], keys)
     figure.update_layout(
         xaxis_title="voltage [V]", yaxis_title="lower disc speed [rad/s]", height=560,
-        margin={"t": 20},
+        margin={"t": 20, "l": 50, "r": 20}, legend={"orientation": "h", "y": -0.18},
     )  # fmt: skip
     return figure
 
@@ -123,10 +127,13 @@ def _add_cycles(figure: go.Figure, points: list[Point], keys: dict[float, int]) 
 
 
 def _point_table(diagram: Diagram) -> str:
+    def period(seconds: float) -> str:
+        return f"{seconds:.6f}" if math.isfinite(seconds) else ""
+
     head = "<tr><th>name</th><th>kind</th><th>V</th><th>min</th><th>max</th><th>period s</th></tr>"
     rows = [
         f"<tr><td>{p.name}</td><td>{p.kind}</td><td>{p.parameter:.8f}</td><td>{p.min:.6f}</td>"
-        f"<td>{p.max:.6f}</td><td>{p.period:.6f}</td></tr>"
+        f"<td>{p.max:.6f}</td><td>{period(p.period)}</td></tr>"
         for p in diagram.points
     ]
     return f"<table>{head}{''.join(rows)}</table>"
