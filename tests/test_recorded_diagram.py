@@ -12,6 +12,7 @@ import pytest
 from test_cli import drill
 
 from drill_env import InputError, Rig
+from drill_env.cli.main import run
 from drill_env.continuation import bifurcation_diagram
 from drill_env.identification.recorded_diagram import recorded_points
 from drill_env.recordings import Recording, read_recording
@@ -160,7 +161,11 @@ def test_the_controlled_rig_holds_what_the_open_loop_cannot(tmp_path):
         (["--map=T2", "--parameter=T2"], "one of"),
     ],
 )
-def test_bad_input_names_the_remedy_in_one_line(options, remedy, tmp_path):
-    done = drill("bifurcation", *options, "--out=d", cwd=tmp_path)
-    assert done.returncode == 2 and done.stdout == ""
-    assert done.stderr.count("\n") == 1 and remedy in done.stderr
+def test_bad_input_names_the_remedy_in_one_line(options, remedy, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", ["drill-env", "bifurcation", *options, "--out=d"])
+    with pytest.raises(SystemExit) as end:
+        run()
+    out, err = capsys.readouterr()
+    assert end.value.code == 2 and out == ""
+    assert err.count("\n") == 1 and remedy in err

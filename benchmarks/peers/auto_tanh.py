@@ -73,8 +73,8 @@ RL0=0.1, RL1=20.5, EPSL=1e-09, EPSU=1e-09, EPSS=1e-07, DS=-0.05, DSMIN=1e-6, DSM
 CYCLES = """
 NDIM=3, IPS=2, IRS={label}, ILP=1, ICP=[1, 11, 12], NTST={ntst}, NCOL={ncol}, IAD=3, ISP=2,
 ISW=1, IPLT=0, NBC=0, NINT=0, NMX={nmx}, NPR=0, MXBF=0, IID=0, ITMX=8, ITNW=7, NWTN=3, JAC=0,
-RL0=0.1, RL1=20.5, EPSL={tol}, EPSU={tol}, EPSS={locate}, DS=0.01, DSMIN=1e-6, DSMAX={dsmax}, IADS=1,
-UZR={{{at}}}, UZSTOP={{12: {stop}}}
+RL0=0.1, RL1=20.5, EPSL={tol}, EPSU={tol}, EPSS={locate}, DS=0.01, DSMIN=1e-6, DSMAX={dsmax},
+IADS=1, UZR={{{at}}}, UZSTOP={{12: {stop}}}
 """
 # AUTO's own default, and the one with which it needs the fewest points and the least time.
 DEFAULT_STEP, LONG_STEP = 0.1, 1.0

@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from drill_env.continuation import Diagram
     from drill_env.parameters import Rig
 
+DEFAULT_OUT = Path("out/bifurcation")
+
 
 def bifurcation_command(
-    out: Annotated[Path, typer.Option(help="Folder for tables and pictures.")] = Path(
-        "out/bifurcation"
-    ),
+    out: Annotated[Path, typer.Option(help="Folder for tables and pictures.")] = DEFAULT_OUT,
     to: Annotated[float, typer.Option(help="End of the voltage range, V.")] = 15.0,
     rig: RigOption = None,
     recorded: Annotated[
@@ -68,8 +68,7 @@ def bifurcation_command(
     from drill_env._files import make_folder
 
     modes = {"--parameter": parameter, "--map": map_, "--basin": basin, "--controller": controller}
-    given = [name for name, value in modes.items() if value is not None]
-    if len(given) > 1:
+    if len(given := [name for name, value in modes.items() if value is not None]) > 1:
         raise InputError(f"{' and '.join(given)} are both given: give one of them")
     plant = rig_from(rig)
     make_folder(output_folder(out))
@@ -125,9 +124,8 @@ def _write(diagram: Diagram, measured: pd.DataFrame | None, out: Path) -> list[P
 
     names = ("diagram.csv", "diagram.parquet", "points.json", "diagram.png", "diagram.html")
     files = [out / name for name in names]
-    table = diagram_table(diagram)
-    write_table(table, files[0])
-    write_table(table, files[1])
+    for path in files[:2]:
+        write_table(diagram_table(diagram), path)
     write_text(files[2], json.dumps(point_documents(diagram.points), indent=2) + "\n")
     save_diagram_picture(diagram, files[3], measured)
     save_diagram_page(diagram, files[4])
@@ -234,10 +232,8 @@ def _tell(report: dict[str, Any]) -> None:
 
     if "points" in report:
         table = Table(title="Special points", title_justify="left")
-        for name in ("", "kind"):
-            table.add_column(name)
-        for name in ("V or value", "min rad/s", "max rad/s", "period s"):
-            table.add_column(name, justify="right")
+        for name in ("", "kind", "V or value", "min rad/s", "max rad/s", "period s"):
+            table.add_column(name, justify="right" if " " in name else "left")
         for p in report["points"]:
             period = "" if p["period_s"] is None else f"{p['period_s']:.7f}"
             table.add_row(

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.continuation.cycle import CycleError, LimitCycle, PeriodMap, Shot, describe
+from drill_env.continuation.cycle import CycleError, LimitCycle, PeriodMap, Shot
+from drill_env.continuation.describe import describe
 
 _TOLERANCE = 1e-10
 _LAST_MOVE = 1e-9

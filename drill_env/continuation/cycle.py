@@ -14,17 +14,11 @@ from drill_env.integrator._advance import DONE, advance
 from drill_env.integrator._modes import start_mode
 from drill_env.integrator._records import EVENT, N_STATE, RUN, new_work
 from drill_env.integrator._tableau import TABLEAUX
-from drill_env.integrator.trajectory import Disc, Events, Kind
+from drill_env.integrator.trajectory import Events
 from drill_env.parameters import SYMBOLS, Rig
 
 Character: TypeAlias = Literal["slipping", "sticking", "reversing", "reversing and sticking"]
 """What the lower disc does within a period."""
-
-
-_LOWER = int(Disc.LOWER)
-_STICK, _REVERSAL, _MINIMUM = int(Kind.STICK), int(Kind.REVERSAL), int(Kind.MINIMUM)
-_TOUCH = (_STICK, _REVERSAL)
-_Mark: TypeAlias = tuple[float, int, list[float]]
 
 
 class CycleError(RuntimeError):
@@ -203,63 +197,3 @@ class PeriodMap:
         if self.rig.clamp and self._torque[0] < 0.0:
             return 0.0, 0.0
         return float(self._torque[0]), float(self._slope[0])
-
-
-def describe(
-    shot: Shot, rig: Rig, value: float, state: FloatArray, steps: int, period: float
-) -> LimitCycle:
-    """Everything about a closed cycle."""
-    values = np.asarray(np.linalg.eigvals(shot.jacobian[:, :3]), dtype=np.complex128)
-    own = int(np.abs(values - 1.0).argmin())
-    rest = np.array(sorted(np.delete(values, own), key=lambda m: -abs(m)))
-    lower = [
-        (t, kind, place)
-        for t, disc, kind, place in zip(
-            shot.events.t.tolist(), shot.events.disc.tolist(), shot.events.kind.tolist(),
-            shot.events.state.tolist(), strict=True,
-        )
-        if disc == _LOWER
-    ]  # fmt: skip
-    kinds = [kind for _, kind, _ in lower]
-    margins = [rig.Tsl - abs(rig.ktheta * place[0]) for _, kind, place in lower if kind in _TOUCH]
-    stuck, turned = _shares(lower, period)
-    minima = [place[2] for _, kind, place in lower if kind == _MINIMUM]
-    return LimitCycle(
-        parameter=value,
-        state=state.copy(),
-        period=period,
-        min=float(min([*minima, 0.0 if margins else state[2]])),
-        max=float(state[2]),
-        multipliers=rest,
-        trivial=float(values[own].real),
-        stable=bool((np.abs(rest) < 1.0).all()),
-        character=_character(_STICK in kinds, turned > 0.0),
-        sticking_s=stuck,
-        reversed_s=turned,
-        hits=tuple(margins),
-        steps=steps,
-        residual=float(np.abs(shot.end - state).max()),
-    )
-
-
-def _character(sticks: bool, reverses: bool) -> Character:
-    if sticks and reverses:
-        return "reversing and sticking"
-    return "sticking" if sticks else "reversing" if reverses else "slipping"
-
-
-def _shares(lower: list[_Mark], period: float) -> tuple[float, float]:
-    """Seconds stuck and seconds reversed in one period that starts slipping forward."""
-    stuck = turned = since = 0.0
-    mode = 1
-    marks = [mark for mark in lower if mark[1] <= _REVERSAL]
-    for t, kind, place in [*marks, (period, _REVERSAL, [0.0])]:
-        stuck += t - since if mode == 0 else 0.0
-        turned += t - since if mode < 0 else 0.0
-        since = t
-        if kind == _STICK:
-            mode = 0
-        else:
-            # The string pulls the disc away to the side of its twist.
-            mode = -mode if kind == _REVERSAL else (1 if place[0] > 0.0 else -1)
-    return stuck, turned
