@@ -10,6 +10,7 @@ import typer
 from drill_env import __version__
 from drill_env._errors import InputError
 from drill_env.cli import recording_commands
+from drill_env.cli._common import tell_of_first_call
 from drill_env.cli.bifurcation_command import bifurcation_command
 from drill_env.cli.compare_command import compare_command
 from drill_env.cli.demo_command import demo_command
@@ -42,11 +43,14 @@ def _print_version(wanted: bool) -> None:
 
 @app.callback()
 def options(
+    ctx: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Version.")
     ] = False,
 ) -> None:
     """Options of the whole program."""
+    if ctx.invoked_subcommand not in (None, "rig") and "--help" not in sys.argv:
+        tell_of_first_call()
 
 
 def run() -> None:
