@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from drill_env._errors import InputError
+from drill_env.cli._bifurcation_modes import (
+    basin_report,
+    controlled_report,
+    map_report,
+    parameter_report,
+)
 from drill_env.cli._common import (
     JsonOption,
     RigOption,
-    numbers,
     output_folder,
     print_json,
     progress_bar,
@@ -38,14 +44,16 @@ def bifurcation_command(
         typer.Option(help="Recording at constant voltage, laid over the diagram; repeatable."),
     ] = None,
     parameter: Annotated[
-        str | None, typer.Option(help="Continue in this parameter instead, at --volts.")
+        str | None,
+        typer.Option(help="Continue in this rig key, with --volts and --range LOW,HIGH."),
     ] = None,
     between: Annotated[
         str | None, typer.Option("--range", help="low,high of --parameter or low,high,n of --map.")
     ] = None,
     volts: Annotated[float | None, typer.Option(help="Voltage for --parameter or --basin.")] = None,
     map_: Annotated[
-        str | None, typer.Option("--map", help="Map vibration over voltage and this parameter.")
+        str | None,
+        typer.Option("--map", help="Map vibration over this rig key, with --range LOW,HIGH,N."),
     ] = None,
     basin: Annotated[
         str | None,
@@ -54,7 +62,8 @@ def bifurcation_command(
     starts: Annotated[int, typer.Option(help="Number of starts for --basin.")] = 500,
     seed: Annotated[int, typer.Option(help="Seed of the starts.")] = 0,
     controller: Annotated[
-        str | None, typer.Option(help="Diagram of the controlled rig over the set point.")
+        str | None,
+        typer.Option(help="Controlled rig: open-loop, pi or active-damping."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -65,21 +74,19 @@ def bifurcation_command(
 
     Example: drill-env bifurcation --to 15 --out out/bifurcation
     """
-    from drill_env._files import make_folder
-
     modes = {"--parameter": parameter, "--map": map_, "--basin": basin, "--controller": controller}
     if len(given := [name for name, value in modes.items() if value is not None]) > 1:
         raise InputError(f"{' and '.join(given)} are both given: give one of them")
     plant = rig_from(rig)
-    make_folder(output_folder(out))
+    output_folder(out)
     if parameter is not None:
-        report = _parameter(plant, parameter, between, volts, out)
+        report = parameter_report(plant, parameter, between, volts, out)
     elif map_ is not None:
-        report = _map(plant, map_, between, to, out)
+        report = map_report(plant, map_, between, to, out)
     elif basin is not None:
-        report = _basin(plant, basin, volts, starts, seed, out)
+        report = basin_report(plant, basin, volts, starts, seed, out)
     elif controller is not None:
-        report = _controlled(plant, controller, out)
+        report = controlled_report(plant, controller, out)
     else:
         report = _diagram(plant, to, recorded or [], out)
     if as_json:
@@ -92,9 +99,15 @@ def _diagram(rig: Rig, to: float, recorded: list[Path], out: Path) -> dict[str, 
     from drill_env.continuation import bifurcation_diagram
     from drill_env.continuation.tables import point_documents
     from drill_env.identification.recorded_diagram import recorded_points
-    from drill_env.recordings import read_recording
+    from drill_env.recordings import RecordingWarning, read_recording
 
-    read = [read_recording(path, need=("u",)) for path in recorded]
+    with warnings.catch_warnings(record=True) as remarks:
+        warnings.simplefilter("always", RecordingWarning)
+        read = [read_recording(path, need=("u",)) for path in recorded]
+    for remark in remarks:
+        # A constant voltage is what this command asks for.
+        if getattr(remark.message, "code", "") != "constant":
+            tell(f"warning: {remark.message}")
     with progress_bar() as bar:
         task = bar.add_task("limit cycles", total=None)
         diagram = bifurcation_diagram(
@@ -116,12 +129,13 @@ def _diagram(rig: Rig, to: float, recorded: list[Path], out: Path) -> dict[str, 
 def _write(diagram: Diagram, measured: pd.DataFrame | None, out: Path) -> list[Path]:
     import json
 
-    from drill_env._files import write_text
+    from drill_env._files import make_folder, write_text
     from drill_env._tables import write_table
     from drill_env.continuation.tables import diagram_table, point_documents
     from drill_env.report.bifurcation_page import save_diagram_page
     from drill_env.report.bifurcation_picture import save_diagram_picture
 
+    make_folder(out)
     names = ("diagram.csv", "diagram.parquet", "points.json", "diagram.png", "diagram.html")
     files = [out / name for name in names]
     for path in files[:2]:
@@ -135,102 +149,10 @@ def _write(diagram: Diagram, measured: pd.DataFrame | None, out: Path) -> list[P
     return files
 
 
-def _parameter(
-    rig: Rig, name: str, between: str | None, volts: float | None, out: Path
-) -> dict[str, Any]:
-    import pandas as pd
-
-    from drill_env._tables import write_table
-    from drill_env.continuation import parameter_diagram
-    from drill_env.continuation.tables import cycle_rows, point_documents
-    from drill_env.report.bifurcation_picture import save_parameter_picture
-
-    if volts is None or between is None:
-        raise InputError("--parameter needs --volts V and --range LOW,HIGH")
-    ends = numbers(between, "--range")
-    if len(ends) != 2:
-        raise InputError(f"--range is {between!r}: give two numbers, low,high")
-    found = parameter_diagram(rig, name, volts, ends[0], ends[1])
-    files = [out / f"{name}{end}" for end in ("-cycles.csv", "-equilibria.csv", ".png")]
-    write_table(pd.DataFrame(list(cycle_rows(found.branches))), files[0])
-    write_table(found.equilibria, files[1])
-    save_parameter_picture(found, files[2])
-    return {
-        "files": files,
-        "parameter": name,
-        "volts": volts,
-        "points": point_documents(found.points),
-        "failures": list(found.failures),
-    }
-
-
-def _map(rig: Rig, name: str, between: str | None, to: float, out: Path) -> dict[str, Any]:
-    import numpy as np
-
-    from drill_env._tables import write_table
-    from drill_env.continuation import vibration_map
-    from drill_env.report.map_picture import save_map_picture
-
-    ends = numbers(between or "", "--range")
-    if len(ends) != 3 or ends[2] < 2:
-        raise InputError("--map needs --range LOW,HIGH,N with N of 2 or more")
-    values = np.linspace(ends[0], ends[1], round(ends[2]))
-    with progress_bar() as bar:
-        task = bar.add_task(f"map over {name}", total=len(values))
-        table = vibration_map(
-            rig, name, values, to, lambda done, _: bar.update(task, completed=done)
-        )
-    files = [out / f"map-{name}.csv", out / f"map-{name}.png"]
-    write_table(table, files[0])
-    save_map_picture(table, name, to, files[1])
-    return {"files": files, "parameter": name, "rows": table.to_dict("records")}
-
-
-def _basin(
-    rig: Rig, box: str, volts: float | None, starts: int, seed: int, out: Path
-) -> dict[str, Any]:
-    from drill_env._tables import write_table
-    from drill_env.continuation.basins import basins
-    from drill_env.report.basin_picture import save_basin_picture
-
-    widths = numbers(box, "--basin")
-    if volts is None or len(widths) != 3:
-        raise InputError("--basin needs three half widths, twist,omega_u,omega_l, and --volts V")
-    found = basins(rig, volts, (widths[0], widths[1], widths[2]), starts, seed)
-    files = [out / "basin.csv", out / "basin.png"]
-    write_table(found.starts, files[0])
-    save_basin_picture(found, files[1])
-    counts = {str(k): int(v) for k, v in found.starts.fate.value_counts().items()}
-    return {
-        "files": files, "volts": volts, "box": list(found.box), "fates": counts,
-        "share_to_equilibrium": found.share, "low": found.low, "high": found.high,
-    }  # fmt: skip
-
-
-def _controlled(rig: Rig, name: str, out: Path) -> dict[str, Any]:
-    import numpy as np
-
-    from drill_env import baselines
-    from drill_env._tables import write_table
-    from drill_env.benchmark.controlled_diagram import controlled_diagram
-    from drill_env.continuation import bifurcation_diagram
-    from drill_env.environment.config import EnvConfig
-    from drill_env.report.bifurcation_picture import save_controlled_picture
-
-    config = EnvConfig(rig=rig)
-    baselines.make(name, config)
-    table = controlled_diagram(baselines.CONTROLLERS[name], config, np.linspace(0.3, 8.5, 42))
-    files = [out / f"controlled-{name}.csv", out / f"controlled-{name}.png"]
-    write_table(table, files[0])
-    diagram = bifurcation_diagram(rig, config.voltage_limit)
-    save_controlled_picture(table, name, diagram, files[1])
-    return {"files": files, "controller": name, "rows": table.to_dict("records")}
-
-
 def _tell(report: dict[str, Any]) -> None:
     from rich.table import Table
 
-    if "points" in report:
+    if report.get("points"):
         table = Table(title="Special points", title_justify="left")
         for name in ("", "kind", "V or value", "min rad/s", "max rad/s", "period s"):
             table.add_column(name, justify="right" if " " in name else "left")
@@ -241,10 +163,13 @@ def _tell(report: dict[str, Any]) -> None:
                 f"{p['max']:.6f}", period,
             )  # fmt: skip
         show(table)
+    elif "points" in report:
+        typer.echo("no special points in this range")
     if "share_to_equilibrium" in report:
         typer.echo(
             f"{report['share_to_equilibrium']:.3f} of the box goes to the equilibrium "
-            f"(95 %: {report['low']:.3f} to {report['high']:.3f}); {report['fates']}"
+            f"(95 %: {report['low']:.3f} to {report['high']:.3f}); "
+            + ", ".join(f"{name}: {count}" for name, count in report["fates"].items())
         )
     for failure in report.get("failures", []):
         tell(f"warning: {failure}")

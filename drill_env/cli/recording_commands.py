@@ -132,7 +132,7 @@ def identify_command(
     out: RigOutOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Identify a rig from recordings, and judge it on others.
+    """Identify one inertia from recordings, and judge it on others; the whole rig not yet.
 
     With --one-inertia: mass, viscous and Coulomb friction and offset by inverse-dynamics
     least squares from u and theta_u. Errors are relative force errors, of the FIT files and

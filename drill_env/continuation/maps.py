@@ -60,7 +60,8 @@ def vibration_map(
     Returns:
         One row a value: hopf_low, hopf_high (V, first and last Hopf point), fold (V, highest
         fold of cycles), vibration_from and vibration_to (V, range with a stable cycle), NaN
-        where there is none, and failures (steps that failed, as text).
+        where there is none, reaches_end (vibration goes on beyond `to_volts`, at which
+        vibration_to then stands) and failures (steps that failed, as text).
     """
     rows = []
     for done, value in enumerate(values):
@@ -81,15 +82,22 @@ def _row(rig: Rig, value: float, to_volts: float) -> dict[str, object]:
     volts = [h.voltage for h in diagram.hopf]
     folds = [p.parameter for p in diagram.points if p.kind == "fold"]
     stable = [p.cycle.parameter for b in diagram.branches for p in b.points if p.cycle.stable]
+    reaches = any(
+        branch.end.startswith("left the range")
+        and branch.points[-1].cycle.stable
+        and branch.points[-1].cycle.parameter > 0.5 * to_volts
+        for branch in diagram.branches
+    )
     # Cycles end at Hopf points and folds, which are known better than the last step before.
     ends = np.array([*volts, *folds, *stable]) if stable else np.array([np.nan])
     ends = ends[(ends >= min(stable) - 0.3) & (ends <= max(stable) + 0.3)] if stable else ends
     return {
         "value": value,
         "hopf_low": min(volts, default=float("nan")),
-        "hopf_high": max(volts, default=float("nan")),
+        "hopf_high": max(volts) if len(volts) > 1 else float("nan"),
         "fold": max(folds, default=float("nan")),
         "vibration_from": float(ends.min()),
-        "vibration_to": float(ends.max()),
+        "vibration_to": to_volts if reaches else float(ends.max()),
+        "reaches_end": reaches,
         "failures": "; ".join(diagram.failures),
     }

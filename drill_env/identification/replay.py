@@ -190,8 +190,10 @@ def _notes(recording: Recording, rig: Rig) -> list[RecordingWarning]:
     source, angles = recording.source, recording.angles()
     if len(angles) == 1:
         text = (
-            f"{source}: only {next(iter(angles))} is recorded; the string is taken as untwisted "
-            "at the start, and nothing is restarted from the measured state"
+            f"{source}: only {next(iter(angles))} is recorded (columns: "
+            f"{', '.join(recording.columns)}; name another with --map theta_l=COLUMN); the "
+            "string is taken as untwisted at the start, and nothing is restarted from the "
+            "measured state"
         )
         return [RecordingWarning("hidden_state", text)]
     mean = _mean(recording.t, angles["theta_u"] - angles["theta_l"])

@@ -24,13 +24,13 @@ def save_basin_picture(found: Basins, path: Path) -> None:
             axes.plot(
                 rows.twist, rows.omega_l, "o", ms=3.0, color=colour, label=f"{fate}: {len(rows)}"
             )
-    axes.set_xlabel("twist [rad]")
+    axes.set_xlabel("twist [rad]; omega_u, drawn too, is not shown")
     axes.set_ylabel("lower disc speed [rad/s]")
     axes.set_title(
         f"{found.volts:g} V: {found.share:.1%} to the equilibrium "
         f"({found.low:.1%} to {found.high:.1%})", fontsize=10, loc="left",
     )  # fmt: skip
     axes.spines[["top", "right"]].set_visible(False)
-    axes.legend(frameon=False)
+    figure.legend(frameon=False, ncols=3, loc="outside lower center")
     with replacing(path) as temporary:
         figure.savefig(temporary, dpi=150, format="png")

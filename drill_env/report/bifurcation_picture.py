@@ -20,7 +20,7 @@ _STABLE, _UNSTABLE = "-", "--"
 _COLOUR = {"sticking set": "k", "equilibrium": "k", "cycle": "#1f5fa8"}
 _MARK = {
     "hopf": "o", "fold": "s", "grazing": "^", "reversal": "v", "last stick": "D",
-    "break-away": "o", "non-smooth fold": "P",
+    "break-away": "X", "non-smooth fold": "P",
 }  # fmt: skip
 
 

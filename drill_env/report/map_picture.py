@@ -34,6 +34,6 @@ def save_map_picture(table: pd.DataFrame, parameter: str, to_volts: float, path:
     axes.set_xlabel("voltage [V]")
     axes.set_ylabel(parameter)
     axes.spines[["top", "right"]].set_visible(False)
-    axes.legend(frameon=False)
+    figure.legend(frameon=False, ncols=4, loc="outside upper center")
     with replacing(path) as temporary:
         figure.savefig(temporary, dpi=150, format="png")
