@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 
 from drill_env._types import FloatArray
 from drill_env.environment._drawing import (
+    ALARM,
     GRID,
     INK,
     MUTED,
+    STAND,
+    VOLTAGE,
     WHITE,
     Box,
     Canvas,
@@ -22,12 +25,9 @@ from drill_env.environment._drawing import (
 )
 from drill_env.environment._frame import Frame, Traces, readable, stretches
 
-_STAND: Color = (208, 212, 216)
-_ALARM: Color = (206, 46, 40)
 _BLUSH: Color = (250, 224, 219)
 _UPPER: Color = (38, 104, 172)
 _LOWER: Color = (184, 118, 8)
-_VOLTAGE: Color = (30, 128, 104)
 
 _DASH = 0.03
 """Period of the set point's dashes as a share of the window."""
@@ -112,7 +112,7 @@ def draw_charts(canvas: Canvas, traces: Traces, frame: Frame) -> None:
     motor = Chart((530.0, 388.0, 400.0, 100.0), times, (-limit, limit))
     canvas.box(WHITE, motor.box)
     motor.draw_axes(canvas, "Voltage, V", time_labels=True)
-    _draw_curve(canvas, motor, motor.place(t, traces.column("voltage")), _VOLTAGE)
+    _draw_curve(canvas, motor, motor.place(t, traces.column("voltage")), VOLTAGE)
 
 
 def _draw_sticking(canvas: Canvas, chart: Chart, t: FloatArray, stuck: NDArray[np.bool_]) -> None:
@@ -123,7 +123,7 @@ def _draw_sticking(canvas: Canvas, chart: Chart, t: FloatArray, stuck: NDArray[n
         # Sticking shorter than a pixel is still worth seeing.
         extent = max(x1 - x0, 2.5)
         canvas.box(_BLUSH, (x0, top, extent, height))
-        canvas.box(_ALARM, (x0, top + height - 5.0, extent, 5.0))
+        canvas.box(ALARM, (x0, top + height - 5.0, extent, 5.0))
     canvas.clip(None)
 
 
@@ -144,7 +144,7 @@ def _draw_legend(canvas: Canvas) -> None:
         canvas.line(MUTED, (x, 112.0), (x + 4.0, 112.0), 1.5)
     canvas.text("set point", (819.0, 112.0), 11, MUTED)
     canvas.box(_BLUSH, (880.0, 106.0, 14.0, 12.0))
-    canvas.box(_ALARM, (880.0, 115.0, 14.0, 3.0))
+    canvas.box(ALARM, (880.0, 115.0, 14.0, 3.0))
     canvas.text("stick", (899.0, 112.0), 11, MUTED)
 
 
@@ -161,7 +161,7 @@ def draw_readouts(canvas: Canvas, frame: Frame) -> None:
         x = 492.0 + 91.0 * k
         canvas.text(caption, (x, 34.0), 11, MUTED)
         canvas.text(readable(value), (x, 57.0), 19, color)
-    canvas.line(_STAND, (492.0, 82.0), (930.0, 82.0))
+    canvas.line(STAND, (492.0, 82.0), (930.0, 82.0))
 
 
 def _dashes(t: FloatArray, y: FloatArray, period: float) -> list[tuple[FloatArray, FloatArray]]:

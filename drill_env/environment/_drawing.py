@@ -29,6 +29,9 @@ WHITE: Color = (255, 255, 255)
 INK: Color = (38, 44, 52)
 MUTED: Color = (122, 130, 140)
 GRID: Color = (225, 227, 228)
+STAND: Color = (208, 212, 216)
+ALARM: Color = (206, 46, 40)
+VOLTAGE: Color = (30, 128, 104)
 
 _SUPERSAMPLE = 2
 # pygame draws its own font at this share of the size asked for.

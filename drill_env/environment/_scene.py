@@ -7,9 +7,12 @@ from math import cos, pi, sin
 import numpy as np
 
 from drill_env.environment._drawing import (
+    ALARM,
     INK,
     MUTED,
     PAPER,
+    STAND,
+    VOLTAGE,
     WHITE,
     Box,
     Canvas,
@@ -20,14 +23,11 @@ from drill_env.environment._drawing import (
 )
 from drill_env.environment._frame import Frame, readable, stretches
 
-_STAND: Color = (208, 212, 216)
 _STEEL: Color = (196, 204, 213)
 _STEEL_SIDE: Color = (134, 145, 158)
 _BRASS: Color = (222, 188, 104)
 _BRASS_SIDE: Color = (166, 131, 58)
 _SLACK: Color = (150, 156, 164)
-_ALARM: Color = (206, 46, 40)
-_VOLTAGE: Color = (30, 128, 104)
 
 _AXIS = 190.0
 _TILT = 0.28
@@ -60,10 +60,10 @@ def draw_rig(canvas: Canvas, frame: Frame) -> None:
 
 
 def _draw_stand(canvas: Canvas) -> None:
-    canvas.box(_STAND, (32.0, 40.0, 12.0, 466.0), 3.0)
-    canvas.box(_STAND, (32.0, 60.0, 110.0, 10.0))
-    canvas.box(_STAND, (22.0, 498.0, 300.0, 12.0), 3.0)
-    canvas.box(_STAND, (_AXIS - 16.0, 474.0, 32.0, 24.0))
+    canvas.box(STAND, (32.0, 40.0, 12.0, 466.0), 3.0)
+    canvas.box(STAND, (32.0, 60.0, 110.0, 10.0))
+    canvas.box(STAND, (22.0, 498.0, 300.0, 12.0), 3.0)
+    canvas.box(STAND, (_AXIS - 16.0, 474.0, 32.0, 24.0))
     canvas.box(_STEEL_SIDE, (_AXIS - 5.0, 440.0, 10.0, 34.0))
 
 
@@ -76,10 +76,10 @@ def _draw_motor(canvas: Canvas, voltage: float, limit: float) -> None:
     left, width, y = 290.0, 136.0, 58.0
     middle = left + width / 2
     canvas.line(MUTED, (_AXIS + 58.0, 63.0), (left - 8.0, 63.0), 1.5)
-    canvas.text(f"voltage  {readable(voltage)} V", (left, y - 14.0), 12, _VOLTAGE)
+    canvas.text(f"voltage  {readable(voltage)} V", (left, y - 14.0), 12, VOLTAGE)
     canvas.box((228, 231, 233), (left, y, width, 10.0))
     reach = min(max(voltage / limit, -1.0), 1.0) * width / 2
-    canvas.box(_VOLTAGE, (middle + min(reach, 0.0), y, abs(reach), 10.0))
+    canvas.box(VOLTAGE, (middle + min(reach, 0.0), y, abs(reach), 10.0))
     canvas.line(INK, (middle, y - 2.0), (middle, y + 12.0), 1.0)
     for x, label in ((left, minus(f"{-limit:g}")), (middle, "0"), (left + width, f"+{limit:g}")):
         canvas.text(label, (x, y + 20.0), 11, MUTED, "center")
@@ -107,12 +107,12 @@ def _draw_disc(
         dx, dy = _offset(angle + k * pi / 3.0, 0.93 * radius)
         canvas.line(side, (_AXIS, y), (_AXIS + dx, y + dy), 2.0)
     wedge = [_offset(angle + turn, 0.93 * radius) for turn in np.linspace(-0.13, 0.13, 7)]
-    canvas.polygon(_ALARM, [(_AXIS, y), *((_AXIS + dx, y + dy) for dx, dy in wedge)])
+    canvas.polygon(ALARM, [(_AXIS, y), *((_AXIS + dx, y + dy) for dx, dy in wedge)])
     canvas.ellipse(side, (_AXIS, y), 0.2 * radius, 0.2 * flat)
 
 
 def _draw_string(canvas: Canvas, top: float, bottom: float, start: float, end: float) -> None:
-    color = mix(_SLACK, _ALARM, abs(start - end) / _RED_TWIST)
+    color = mix(_SLACK, ALARM, abs(start - end) / _RED_TWIST)
     share = np.linspace(0.0, 1.0, 241)
     y = top + (bottom - top) * share
     strands = start + (end - start) * share + 2.0 * pi / _STRANDS * np.arange(_STRANDS)[:, None]
@@ -128,16 +128,16 @@ def _draw_string(canvas: Canvas, top: float, bottom: float, start: float, end: f
 
 
 def _draw_brake(canvas: Canvas, stuck: bool) -> None:
-    canvas.box(_STAND, (300.0, 450.0, 14.0, 50.0))
+    canvas.box(STAND, (300.0, 450.0, 14.0, 50.0))
     canvas.box(INK, (288.0, 414.0, 32.0, 40.0), 4.0)
-    canvas.box(_ALARM if stuck else MUTED, (273.0, 421.0, 16.0, 24.0), 2.0)
+    canvas.box(ALARM if stuck else MUTED, (273.0, 421.0, 16.0, 24.0), 2.0)
     canvas.text("brake", (330.0, 444.0), 12, INK)
     if stuck:
         _draw_tag(canvas, STICK_BOX)
 
 
 def _draw_tag(canvas: Canvas, box: Box) -> None:
-    canvas.box(_ALARM, box, 4.0)
+    canvas.box(ALARM, box, 4.0)
     center = (box[0] + box[2] / 2, box[1] + box[3] / 2)
     canvas.text("STICK", center, 13, WHITE, "center")
 
