@@ -219,7 +219,11 @@ def test_clean_signals_raise_no_alarm(tmp_path):
         ("a.csv", b"t,u\n0,1\n1,2,3\n2,3\n", "does not match the header's 2 columns"),
         ("a.csv", b"t,u,theta_u\n0,1,2\n1,2,3\n2,3", "Expected 3 columns, got 2"),
         ("a.csv", b"\xff\xfe\x00t", "not a text file"),
-        ("a.csv.gz", gzip.compress(b"t,u\n" + bytes(range(48, 58)) * 90)[:-20], "truncated"),
+        (
+            "a.csv.gz",
+            gzip.compress(b"t,u\n" + bytes(range(48, 58, mtime=0)) * 90)[:-20],
+            "truncated",
+        ),
         ("a.parquet", b"PAR1 nothing", "not a whole Parquet file"),
         ("a.mat", b"nothing at all", "not a whole MATLAB file"),
         ("a.xlsx", b"PK", "unknown kind of file"),
