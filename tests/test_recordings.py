@@ -221,7 +221,7 @@ def test_clean_signals_raise_no_alarm(tmp_path):
         ("a.csv", b"\xff\xfe\x00t", "not a text file"),
         (
             "a.csv.gz",
-            gzip.compress(b"t,u\n" + bytes(range(48, 58, mtime=0)) * 90)[:-20],
+            gzip.compress(b"t,u\n" + bytes(range(48, 58)) * 90, mtime=0)[:-20],
             "truncated",
         ),
         ("a.parquet", b"PAR1 nothing", "not a whole Parquet file"),
