@@ -12,6 +12,7 @@ from gymnasium.utils.env_checker import check_env
 import drill_env  # noqa: F401
 from drill_env import InputError, Rig
 from drill_env.dynamics import equilibrium_voltage
+from drill_env.friction import lower_curve
 from drill_env.integrator import simulate
 from drill_env.sensors import Encoder, filter_velocity, read_encoder
 
@@ -116,6 +117,20 @@ def test_schedule_and_friction_step_take_effect() -> None:
         torque.append(info["friction_torque_l"])
     assert seen[:20] == [2.0] * 20 and seen[20:] == [6.0] * 40
     assert torque[40] > 2.0 * torque[39]
+
+
+def test_friction_step_at_the_start_is_applied_once() -> None:
+    """At time 0 the step must scale the friction as it does at any other time."""
+    volts = np.array([1.4], dtype=np.float32)
+    torques = []
+    for friction_step in (None, ((0.0, 0.0), (2.0, 2.0))):
+        env = gym.make("DrillString-v0", setpoint=2.0)
+        env.reset(seed=0, options={"start": "equilibrium", "friction_step": friction_step})
+        info = env.step(volts)[4]
+        torques.append(float(lower_curve(Rig(), info["omega_l"])))
+        torques.append(info["friction_torque_l"])
+    assert torques[1] == pytest.approx(torques[0], rel=1e-9)
+    assert torques[3] == pytest.approx(2.0 * torques[2], rel=1e-9)
 
 
 def test_truncates_at_the_end_and_never_terminates() -> None:

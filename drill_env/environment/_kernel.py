@@ -119,7 +119,6 @@ def step_rows(first, last, skip, volts, rows, setting, tab, buffers):
 def start_row(i, rows, setting):
     """Modes, sensors, truth and observation of environment `i` in its initial state."""
     row = rows.row[i]
-    follow_schedule(row, rows.schedule_steps[i], rows.schedule_values[i])
     start_mode(row.p, row.run, row.voltage)
     start_sensors(row, rows.ring[i], setting)
     fill_reward(row, row.voltage, setting)

@@ -81,11 +81,11 @@ def clip(value, bound):
 
 @inlined
 def fill_frame(row, setting, out):
-    """Write the present measurements, clipped to their bounds; returns how many."""
+    """Write the present measurements, clipped to their bounds."""
     bounds = setting.bounds
     if setting.shown == VIEW_SURFACE:
         out[0] = clip(row.speed[0], bounds[0])
-        return 1
+        return
     y = row.run.y
     if setting.shown == VIEW_STATE:
         out[0], out[1] = clip(y[0], bounds[0]), clip(y[1], bounds[1])
@@ -93,7 +93,6 @@ def fill_frame(row, setting, out):
     else:
         out[0] = clip(row.measured[0] - row.measured[1], bounds[0])
         out[1], out[2] = clip(row.speed[0], bounds[1]), clip(row.speed[1], bounds[2])
-    return 3
 
 
 @inlined
