@@ -45,6 +45,15 @@ class ActiveDamping:
         self._pi.reset(n)
         self._mean, self._fresh = np.zeros(n), True
 
+    def memory(self) -> FloatArray:
+        """Integral (rad) and mean torque (Nm), shape (n, 2)."""
+        return np.column_stack([self._pi.memory(), self._mean])
+
+    def recall(self, memory: FloatArray) -> None:
+        """Continue from an integral (rad) and a mean torque (Nm), shape (n, 2)."""
+        self._pi.recall(memory[:, :1])
+        self._mean, self._fresh = memory[:, 1].copy(), False
+
     def act(self, observation: FloatArray) -> FloatArray:
         """Voltage (V) from twist, omega_u and the set point."""
         torque = self._stiffness * observation[:, 0]

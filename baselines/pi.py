@@ -36,6 +36,14 @@ class SpeedPI:
         """Empty the integral."""
         self._integral = np.zeros(n)
 
+    def memory(self) -> FloatArray:
+        """The integral (rad), shape (n, 1)."""
+        return self._integral[:, None].copy()
+
+    def recall(self, memory: FloatArray) -> None:
+        """Continue from an integral (rad), shape (n, 1)."""
+        self._integral = memory[:, 0].copy()
+
     def act(self, observation: FloatArray) -> FloatArray:
         """Voltage (V) from omega_u and the set point."""
         error = observation[:, 1] - observation[:, 0]

@@ -9,13 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.continuation.cycle import CycleError, LimitCycle, PeriodMap, Shot
-from drill_env.continuation.describe import describe
+from drill_env.continuation.flow import CycleError, Flow, LimitCycle, Shot
 
 _TOLERANCE = 1e-10
 _LAST_MOVE = 1e-9
 _NEWTON_LIMIT = 8
-_IDENTITY = np.eye(3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +21,8 @@ class Point:
     """A cycle on a branch, with what the next step needs.
 
     Attributes:
-        z: (twist, omega_u, omega_l, period, parameter), shape (5,).
-        tangent: unit direction of the branch in scaled variables, shape (5,).
+        z: (twist, omega_u, omega_l, ..., period, parameter), shape (n,).
+        tangent: unit direction of the branch in scaled variables, shape (n,).
         arclength: along the branch from its start.
         cycle: the limit cycle.
     """
@@ -57,20 +55,22 @@ class Corrector:
 
     Args:
         flow: the period map.
-        scale: typical sizes of (twist, omega_u, omega_l, period, parameter), shape (5,).
+        scale: typical sizes of (twist, omega_u, omega_l, ..., period, parameter), shape (n,).
     """
 
-    def __init__(self, flow: PeriodMap, scale: FloatArray) -> None:
+    def __init__(self, flow: Flow, scale: FloatArray) -> None:
         self.flow, self.scale = flow, scale
+        self._axes = np.eye(len(scale))
 
     def equations(self, z: FloatArray) -> tuple[FloatArray, FloatArray, Shot]:
-        """Closure and section condition, shape (4,), and their scaled Jacobian, (4, 5)."""
-        shot = self.flow.shoot(z[:3], z[3], z[4])
-        condition, gradient = self.flow.phase(z[:3], z[4])
-        value, matrix = np.empty(4), np.empty((4, 5))
-        value[:3], value[3] = shot.end - z[:3], condition
-        matrix[:3], matrix[3] = shot.jacobian, gradient
-        matrix[:3, :3] -= _IDENTITY
+        """Closure and section condition, shape (n - 1,), and their scaled Jacobian, (n - 1, n)."""
+        state = z[:-2]
+        shot = self.flow.shoot(state, float(z[-2]), float(z[-1]))
+        condition, gradient = self.flow.phase(state, float(z[-1]))
+        value, matrix = np.empty(len(z) - 1), np.empty((len(z) - 1, len(z)))
+        value[:-1], value[-1] = shot.end - state, condition
+        matrix[:-1] = shot.jacobian - self._axes[:-2]
+        matrix[-1] = gradient
         return value, matrix * self.scale, shot
 
     def solve(
@@ -92,43 +92,38 @@ class Corrector:
             try:
                 move = np.linalg.solve(full, right)
             except np.linalg.LinAlgError as error:
-                raise CycleError(f"singular Newton matrix at parameter {z[4]:.9g}") from error
+                raise CycleError(f"singular Newton matrix at parameter {z[-1]:.9g}") from error
             size = float(np.abs(move).max())
-            closes = np.abs(value).max() < _TOLERANCE * (1.0 + np.abs(z[:3]).max())
+            closes = np.abs(value).max() < _TOLERANCE * (1.0 + np.abs(z[:-2]).max())
             # Where a multiplier is near 1 a small gap still means a cycle far away.
             if closes and size < _LAST_MOVE:
                 return z, self.tangent(matrix, border), shot, step
             if not np.isfinite(size) or size > 2.0:
-                raise CycleError(f"Newton's step {step + 1} runs away at parameter {z[4]:.9g}")
+                raise CycleError(f"Newton's step {step + 1} runs away at parameter {z[-1]:.9g}")
             z = z + self.scale * move
         raise CycleError(
-            f"no convergence in {_NEWTON_LIMIT} Newton steps near parameter {z[4]:.9g}"
+            f"no convergence in {_NEWTON_LIMIT} Newton steps near parameter {z[-1]:.9g}"
         )
 
     def tangent(self, matrix: FloatArray, along: FloatArray) -> FloatArray:
         """Unit null vector of the Jacobian, on the side of `along`."""
-        right = np.zeros(5)
-        right[4] = 1.0
-        vector = np.linalg.solve(np.vstack([matrix, along]), right)
+        vector = np.linalg.solve(np.vstack([matrix, along]), self._axes[-1])
         return vector / np.linalg.norm(vector)
 
     def point(self, guess: FloatArray, border: FloatArray, arclength: float) -> Point:
         """A corrected point of the branch."""
         z, tangent, shot, steps = self.solve(guess, border)
-        cycle = describe(shot, self.flow.rig_at(z[4]), float(z[4]), z[:3], steps, float(z[3]))
-        return Point(z, tangent, arclength, cycle)
+        return Point(z, tangent, arclength, self.flow.describe(shot, z, steps))
 
     def at_parameter(self, guess: FloatArray, value: float) -> Point:
         """The cycle at a fixed value of the parameter, from a nearby guess."""
-        border = np.zeros(5)
-        border[4] = 1.0
         start = guess.copy()
-        start[4] = value
-        return self.point(start, border, 0.0)
+        start[-1] = value
+        return self.point(start, self._axes[-1], 0.0)
 
 
 def oriented(point: Point, direction: FloatArray) -> Point:
-    """The same point with its tangent on the side of `direction` (scaled, shape (5,))."""
+    """The same point with its tangent on the side of `direction` (scaled, shape (n,))."""
     if point.tangent @ direction >= 0.0:
         return point
     return dataclasses.replace(point, tangent=-point.tangent)
@@ -141,7 +136,7 @@ def follow(corrector: Corrector, start: Point, rule: StepRule) -> Iterator[Point
         CycleError: even the smallest step does not converge.
     """
     step, here = rule.first, start
-    bend = np.zeros(5)
+    bend = np.zeros(len(start.z))
     while True:
         try:
             there = _next(corrector, here, step, bend, rule)
@@ -175,7 +170,7 @@ def _past_corner(corrector: Corrector, here: Point, failure: CycleError) -> Poin
 
     The amplitude still grows or falls there while the parameter turns back.
     """
-    border = np.eye(5)[2] * (1.0 if here.tangent[2] >= 0.0 else -1.0)
+    border = np.eye(len(here.z))[2] * (1.0 if here.tangent[2] >= 0.0 else -1.0)
     for size in (1e-4, 1e-3, 1e-2):
         guess = here.z + size * corrector.scale * border
         try:
@@ -183,6 +178,6 @@ def _past_corner(corrector: Corrector, here: Point, failure: CycleError) -> Poin
         except CycleError:
             continue
     raise CycleError(
-        f"continuation stuck at parameter {here.z[4]:.9g}, arclength {here.arclength:.6g}: "
+        f"continuation stuck at parameter {here.z[-1]:.9g}, arclength {here.arclength:.6g}: "
         f"{failure}"
     ) from failure

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal, TypeAlias
-
 import numpy as np
 
-from drill_env._types import ComplexArray, FloatArray
+from drill_env._types import FloatArray
+from drill_env.continuation.describe import describe
+from drill_env.continuation.flow import Character, CycleError, LimitCycle, Shot
 from drill_env.friction import kernel_record
 from drill_env.friction._kernels import map_lower
 from drill_env.integrator._advance import DONE, advance
@@ -16,66 +15,7 @@ from drill_env.integrator._records import EVENT, N_STATE, RUN, new_work
 from drill_env.integrator._tableau import TABLEAUX
 from drill_env.integrator.trajectory import Events
 from drill_env.parameters import SYMBOLS, Rig
-
-Character: TypeAlias = Literal["slipping", "sticking", "reversing", "reversing and sticking"]
-"""What the lower disc does within a period."""
-
-
-class CycleError(RuntimeError):
-    """A limit cycle could not be computed; the message says which step failed and why."""
-
-
-@dataclass(frozen=True, slots=True)
-class LimitCycle:
-    """A periodic motion, from one maximum of omega_l to the next.
-
-    Attributes:
-        parameter: value of the continued parameter (V for the voltage).
-        state: (twist, omega_u, omega_l) at the maximum, shape (3,).
-        period: s.
-        min: smallest omega_l, rad/s.
-        max: largest omega_l, rad/s.
-        multipliers: Floquet multipliers but the trivial one, by falling size; two complex.
-            A cycle that sticks has the multiplier 0: states merge in finite time.
-        trivial: the multiplier along the flow, 1 up to the error of the computation.
-        stable: both multipliers inside the unit circle.
-        character: whether the lower disc sticks or reverses within the period.
-        sticking_s: time stuck per period, s.
-        reversed_s: time with omega_l < 0 per period, s.
-        hits: stiction margin Tsl - abs(ktheta twist) (Nm) whenever omega_l reaches 0.
-        steps: Newton steps taken.
-        residual: distance by which the last period fails to close.
-    """
-
-    parameter: float
-    state: FloatArray
-    period: float
-    min: float
-    max: float
-    multipliers: ComplexArray
-    trivial: float
-    stable: bool
-    character: Character
-    sticking_s: float
-    reversed_s: float
-    hits: tuple[float, ...]
-    steps: int
-    residual: float
-
-
-@dataclass(frozen=True, slots=True)
-class Shot:
-    """One period integrated from a maximum of omega_l.
-
-    Attributes:
-        end: state after the period, shape (3,).
-        jacobian: d end / d (state, period, parameter), shape (3, 5).
-        events: what happened.
-    """
-
-    end: FloatArray
-    jacobian: FloatArray
-    events: Events
+__all__ = ["Character", "CycleError", "LimitCycle", "PeriodMap", "Shot"]
 
 
 class PeriodMap:
@@ -141,6 +81,10 @@ class PeriodMap:
         end = run["y"][0, :3].copy()
         events = Events.from_log(self._log[: int(run["logged"][0])].copy())
         return Shot(end, self._jacobian(end, volts), events)
+
+    def describe(self, shot: Shot, z: FloatArray, steps: int) -> LimitCycle:
+        """Everything about the closed cycle of `z`."""
+        return describe(shot, self.rig_at(float(z[4])), z, steps)
 
     def _jacobian(self, end: FloatArray, volts: float) -> FloatArray:
         sens, p = self._work["sens"][0], self._p[0]

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.continuation.cycle import Character, LimitCycle, Shot
+from drill_env.continuation.flow import Character, LimitCycle, Shot
 from drill_env.integrator.trajectory import Disc, Kind
 from drill_env.parameters import Rig
 
@@ -17,11 +17,10 @@ _TOUCH = (_STICK, _REVERSAL)
 _Mark: TypeAlias = tuple[float, int, list[float]]
 
 
-def describe(
-    shot: Shot, rig: Rig, value: float, state: FloatArray, steps: int, period: float
-) -> LimitCycle:
-    """Everything about a closed cycle."""
-    values = np.asarray(np.linalg.eigvals(shot.jacobian[:, :3]), dtype=np.complex128)
+def describe(shot: Shot, rig: Rig, z: FloatArray, steps: int) -> LimitCycle:
+    """Everything about the closed cycle of z = (state, period, parameter)."""
+    state, period = z[:-2], float(z[-2])
+    values = np.asarray(np.linalg.eigvals(shot.jacobian[:, :-2]), dtype=np.complex128)
     own = int(np.abs(values - 1.0).argmin())
     rest = np.array(sorted(np.delete(values, own), key=lambda m: -abs(m)))
     lower = [
@@ -37,7 +36,7 @@ def describe(
     stuck, turned = _shares(lower, period)
     minima = [place[2] for _, kind, place in lower if kind == _MINIMUM]
     return LimitCycle(
-        parameter=value,
+        parameter=float(z[-1]),
         state=state.copy(),
         period=period,
         min=float(min([*minima, 0.0 if margins else state[2]])),

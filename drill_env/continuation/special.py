@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from drill_env.continuation.branch import Corrector, Point
-from drill_env.continuation.cycle import CycleError, LimitCycle
+from drill_env.continuation.flow import CycleError, LimitCycle
 
 PointKind: TypeAlias = Literal[
     "break-away", "hopf", "fold", "grazing", "reversal", "last stick", "non-smooth fold"
@@ -105,7 +105,7 @@ def special_points(corrector: Corrector, a: Point, b: Point) -> Iterator[Special
         CycleError: Newton fails on the way.
     """
     segment = _Segment(corrector, a, b)
-    if a.tangent[4] * b.tangent[4] < 0.0:
+    if a.tangent[-1] * b.tangent[-1] < 0.0:
         yield _fold(segment)
     yield from _contacts(segment, 0.0, a, segment.length, b, _SPLITS)
 
@@ -117,12 +117,12 @@ def _solve(
     s = float(brentq(lambda s: value(segment(s)), low, high, xtol=1e-11, rtol=1e-13))
     width = 1e-6 * (high - low)
     near, point = segment(max(s - width, low)), segment(s)
-    slope = abs(point.z[4] - near.z[4]) / max(width, 1e-300)
+    slope = abs(point.z[-1] - near.z[-1]) / max(width, 1e-300)
     return point, slope * 1e-11 + _FLOOR
 
 
 def _fold(segment: _Segment) -> SpecialPoint:
-    point, error = _solve(segment, lambda p: float(p.tangent[4]), 0.0, segment.length)
+    point, error = _solve(segment, lambda p: float(p.tangent[-1]), 0.0, segment.length)
     how = "the branch's tangent has no component along the parameter; a multiplier is 1"
     return cycle_point("fold", point.cycle, how, error)
 
@@ -144,7 +144,7 @@ def _contacts(
         yield _switch(segment, low, high, 0)
     elif splits == 0:
         raise CycleError(
-            f"contacts change from {before} to {after} at parameter {a.z[4]:.9g} in one place"
+            f"contacts change from {before} to {after} at parameter {a.z[-1]:.9g} in one place"
         )
     else:
         middle = 0.5 * (low + high)
@@ -158,7 +158,7 @@ def _switch(segment: _Segment, low: float, high: float, hit: int) -> SpecialPoin
 
     def margin(point: Point) -> float:
         if len(point.cycle.hits) <= hit:
-            raise CycleError(f"contact {hit + 1} is lost near parameter {point.z[4]:.9g}")
+            raise CycleError(f"contact {hit + 1} is lost near parameter {point.z[-1]:.9g}")
         return point.cycle.hits[hit]
 
     point, error = _solve(segment, margin, low, high)
@@ -187,7 +187,7 @@ def _grazing(segment: _Segment, low: float, a: Point, high: float) -> SpecialPoi
     for _ in range(60):
         slope = (there.cycle.min - here.cycle.min) / (other - free)
         if slope == 0.0:
-            raise CycleError(f"min omega_l does not move towards 0 near {there.z[4]:.9g}")
+            raise CycleError(f"min omega_l does not move towards 0 near {there.z[-1]:.9g}")
         root = other - there.cycle.min / slope
         s = other + (1.0 - 1e-4) * (root - other)
         if there.cycle.min < 1e-12 or abs(s - other) < 1e-14 * segment.length:
@@ -200,5 +200,5 @@ def _grazing(segment: _Segment, low: float, a: Point, high: float) -> SpecialPoi
             if point.cycle.hits:
                 break
         free, here, other, there = other, there, s, point
-    left = abs(there.cycle.min / slope) * abs(there.z[4] - here.z[4]) / abs(other - free)
+    left = abs(there.cycle.min / slope) * abs(there.z[-1] - here.z[-1]) / abs(other - free)
     return cycle_point("grazing", there.cycle, "min omega_l = 0", left + _FLOOR)

@@ -39,6 +39,24 @@ class Controller(Protocol):
         ...
 
 
+@runtime_checkable
+class Remembering(Controller, Protocol):
+    """A controller whose memory can be read and set: what continuation of its loop needs.
+
+    Optional. A controller that keeps nothing between calls of `act` needs neither method.
+    Together with the observation the memory must determine everything: after `recall`,
+    `act` depends on nothing else. Flags such as "first call" are false after `recall`.
+    """
+
+    def memory(self) -> FloatArray:
+        """What it keeps between calls of `act`, shape (n, m); a copy."""
+        ...
+
+    def recall(self, memory: FloatArray) -> None:
+        """Continue from `memory`, shape (n, m), as if its values had come about by `act`."""
+        ...
+
+
 def observation_names(config: EnvConfig) -> tuple[str, ...]:
     """Name of every entry of the observation."""
     measured = ("omega_u",) if config.observation == "surface" else ("twist", "omega_u", "omega_l")

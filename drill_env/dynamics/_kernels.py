@@ -2,7 +2,8 @@
 
 State: twist = theta_u - theta_l (rad), omega_u, omega_l (rad/s), theta_l (rad).
 Mode: (upper, lower) slip directions -1, 0 (stuck), 1, and the speed range of the lower law
-(1 where it is clamped to zero).
+(1 where it is clamped to zero). `load_u` and `load_l` are external torques (Nm) on the discs,
+0 but where the identification estimates them.
 """
 
 from drill_env._jit import inlined, kernel
@@ -20,6 +21,9 @@ from drill_env.parameters._record import (
     JU,
     KM,
     KTHETA,
+    LOAD_L,
+    LOAD_U,
+    N_INPUTS,
     N_PARAMETERS,
     TSL,
     TSU,
@@ -31,7 +35,7 @@ def upper_rate(p, upper, twist, omega_u, u):
     """Upper-disc acceleration (rad/s^2) in slip direction `upper`, 0 when stuck."""
     if upper == 0:
         return 0.0
-    return (p.km * u - p.ktheta * twist - upper_sliding(p, upper, omega_u)) * p.per_Ju
+    return (p.km * u + p.load_u - p.ktheta * twist - upper_sliding(p, upper, omega_u)) * p.per_Ju
 
 
 @inlined
@@ -40,20 +44,20 @@ def lower_rate(p, lower, clamped, twist, omega_l):
     if lower == 0:
         return 0.0
     torque = 0.0 if clamped == 1 else lower_sliding(p, lower * omega_l)
-    return (p.ktheta * twist - lower * torque) * p.per_Jl
+    return (p.ktheta * twist + p.load_l - lower * torque) * p.per_Jl
 
 
 @inlined
 def upper_margin(p, twist, u):
     """Stiction left at the upper disc (Nm), and the sign it would leave in."""
-    drive = p.km * u - p.ktheta * twist - p.dTsu
+    drive = p.km * u + p.load_u - p.ktheta * twist - p.dTsu
     return (p.Tsu - drive, 1) if drive >= 0.0 else (p.Tsu + drive, -1)
 
 
 @inlined
 def lower_margin(p, twist):
     """Stiction left at the lower disc (Nm), and the sign it would leave in."""
-    drive = p.ktheta * twist
+    drive = p.ktheta * twist + p.load_l
     return (p.Tsl - drive, 1) if drive >= 0.0 else (p.Tsl + drive, -1)
 
 
@@ -109,8 +113,8 @@ def fill_jacobian(p, upper, lower, clamped, omega_l, jac):
 
 @kernel
 def fill_parameter_rates(p, upper, lower, clamped, twist, omega_u, omega_l, u, out_u, out_l):
-    """Derivatives of both accelerations by the fourteen parameters."""
-    for i in range(N_PARAMETERS):
+    """Derivatives of both accelerations by the fourteen parameters and the two loads."""
+    for i in range(N_INPUTS):
         out_u[i] = 0.0
         out_l[i] = 0.0
     if upper != 0:
@@ -121,6 +125,7 @@ def fill_parameter_rates(p, upper, lower, clamped, twist, omega_u, omega_l, u, o
         out_u[DTSU] = -p.per_Ju
         out_u[BU] = -omega_u * p.per_Ju
         out_u[DBU] = -upper * omega_u * p.per_Ju
+        out_u[LOAD_U] = p.per_Ju
     if lower != 0:
         if clamped != 1:
             lower_gradient(p, lower * omega_l, out_l)
@@ -128,3 +133,4 @@ def fill_parameter_rates(p, upper, lower, clamped, twist, omega_u, omega_l, u, o
                 out_l[i] *= -lower * p.per_Jl
         out_l[JL] = -lower_rate(p, lower, clamped, twist, omega_l) * p.per_Jl
         out_l[KTHETA] = twist * p.per_Jl
+        out_l[LOAD_L] = p.per_Jl

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from drill_env.parameters._record import N_PARAMETERS
+from drill_env.parameters._record import N_INPUTS
 
 N_STATE = 4
-N_COLUMNS = N_STATE + N_PARAMETERS
+N_COLUMNS = N_STATE + N_INPUTS
 MAX_COEFFICIENTS = 8
 MAX_STAGES = 16
 
@@ -53,7 +53,7 @@ WORK = np.dtype(
         ("ks", "f8", (MAX_STAGES, N_STATE, N_COLUMNS)),
         ("stage", "f8", (N_STATE, N_COLUMNS)),
         ("jac", "f8", (4,)),
-        ("rates", "f8", (2, N_PARAMETERS)),
+        ("rates", "f8", (2, N_INPUTS)),
     ],
     align=True,
 )

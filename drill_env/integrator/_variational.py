@@ -1,14 +1,14 @@
 """Compiled first-order sensitivities, the exact derivative of the accepted steps.
 
 Columns are derivatives of (twist, omega_u, omega_l, theta_l): four by the initial
-state, then one per parameter of `drill_env.parameters`.
+state, one per parameter of `drill_env.parameters`, then the two external torques.
 """
 
 from drill_env._jit import kernel
 from drill_env.dynamics._kernels import fill_jacobian, fill_parameter_rates
 from drill_env.integrator._records import N_COLUMNS, N_STATE
 from drill_env.integrator._step import voltage_at
-from drill_env.parameters._record import N_PARAMETERS
+from drill_env.parameters._record import N_INPUTS
 
 
 @kernel
@@ -38,7 +38,7 @@ def fill_stage_rates(p, run, work, i, u):
         ks[i, 1, c] = jac[0] * s[0, c] + jac[1] * s[1, c]
         ks[i, 2, c] = jac[2] * s[0, c] + jac[3] * s[2, c]
         ks[i, 3, c] = s[2, c]
-    for c in range(N_PARAMETERS):
+    for c in range(N_INPUTS):
         ks[i, 1, N_STATE + c] += work.rates[0, c]
         ks[i, 2, N_STATE + c] += work.rates[1, c]
 

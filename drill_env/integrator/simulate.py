@@ -23,7 +23,7 @@ from drill_env.integrator._records import (
 from drill_env.integrator._tableau import TABLEAUX
 from drill_env.integrator.trajectory import Events, Trajectory
 from drill_env.integrator.voltage import Voltage, as_voltage
-from drill_env.parameters import Rig
+from drill_env.parameters import SYMBOLS, Rig
 
 REST: FloatArray = np.zeros(N_STATE)
 """Both discs at rest, string untwisted."""
@@ -123,11 +123,13 @@ def _integrate(
             out[first:], modes[first:], log, sens[first:],
         )  # fmt: skip
         logs.append(log[: int(run["logged"][0])])
+    # The external torques are the identification's.
+    kept = sens[:, :, : N_STATE + len(SYMBOLS)]
     end = run[0]
     _check_status(status, end["t"], end["y"])
     _warn_if_negative(rig, end["max_speed"])
     return Trajectory(
-        times, out, modes, drive, Events.from_log(np.concatenate(logs)), sens, end["y"].copy(),
+        times, out, modes, drive, Events.from_log(np.concatenate(logs)), kept, end["y"].copy(),
         end["mode"].copy(), float(end["max_speed"]), int(end["steps"]),
     )  # fmt: skip
 

@@ -24,12 +24,15 @@ NAMES = (
 
 KM, JU, TSU, DTSU, BU, DBU, JL, KTHETA, TSL, T1, T2, BETA1, BETA2, BL = range(len(NAMES))
 N_PARAMETERS = len(NAMES)
+LOAD_U, LOAD_L = N_PARAMETERS, N_PARAMETERS + 1
+N_INPUTS = N_PARAMETERS + 2
+"""The parameters and the two external torques, which have sensitivities too."""
 
 LAWS = ("humped", "stribeck", "coulomb")
 HUMPED, STRIBECK, COULOMB = range(len(LAWS))
 
 # The reciprocals are stored because a division costs a quarter of the friction law.
 _FIELDS: list[tuple[str, Any]] = [
-    (name, "f8") for name in (*NAMES, "per_Ju", "per_Jl", "clamp_low", "clamp_high")
+    (name, "f8") for name in (*NAMES, "load_u", "load_l", "per_Ju", "per_Jl", "clamp_low", "clamp_high")
 ]
 PARAMETERS = np.dtype([*_FIELDS, ("law", "i8"), ("clamp", "i8"), ("locked", "i8")], align=True)

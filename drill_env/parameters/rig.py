@@ -127,7 +127,7 @@ class Rig:
         values = [getattr(self, name) for name in NAMES]
         reciprocals = [1.0 / self.Ju, 1.0 / self.Jl]
         flags = [LAWS.index(self.friction), self.clamp, self.inertias == 1]
-        return np.array([(*values, *reciprocals, np.inf, np.inf, *flags)], dtype=PARAMETERS)
+        return np.array([(*values, 0.0, 0.0, *reciprocals, np.inf, np.inf, *flags)], dtype=PARAMETERS)
 
     @property
     def breakaway_voltage(self) -> float:

@@ -1,0 +1,238 @@
+"""Compiled Kalman filter through the set-valued rig with a latent torque on each disc.
+
+State: twist, omega_u, omega_l, theta_l, the torques d_u and d_l (Nm, Ornstein-Uhlenbeck), and the
+encoders' twist offset. Each sample interval is one exact integration between events whose
+sensitivities are the transition; a stuck disc's velocity has no variance, so nothing but the
+inclusion itself releases it. `S` is the derivative of the filtered state by the parameters.
+"""
+
+from math import exp, log
+
+import numpy as np
+
+from drill_env._jit import kernel
+from drill_env.integrator._advance import DONE, advance
+from drill_env.integrator._modes import start_mode
+from drill_env.integrator._records import N_STATE
+from drill_env.parameters._record import LOAD_U, N_PARAMETERS
+
+N_FILTER = 7
+D_U, D_L, OFFSET = 4, 5, 6
+
+FILTER = np.dtype(
+    [
+        ("variance", "f8", (2,)),  # of the latent torques, Nm^2
+        ("rate", "f8", (2,)),  # reciprocal of their correlation times, 1/s
+        ("robust", "f8"),  # innovations beyond so many standard deviations lose weight
+        ("parameters", "i8"),  # 0: no sensitivities
+        ("y", "f8", (N_FILTER,)),
+        ("P", "f8", (N_FILTER, N_FILTER)),
+        ("S", "f8", (N_FILTER, N_PARAMETERS)),
+        ("F", "f8", (N_STATE, N_FILTER)),
+        ("FP", "f8", (N_FILTER, N_FILTER)),
+        ("FS", "f8", (N_STATE, N_PARAMETERS)),
+        ("PH", "f8", (N_FILTER,)),
+        ("slope", "f8", (N_PARAMETERS,)),
+        ("value", "f8"),  # -2 log likelihood without its constant
+        ("gradient", "f8", (N_PARAMETERS,)),  # of half of it, with the gains held
+        ("information", "f8", (N_PARAMETERS, N_PARAMETERS)),
+        ("count", "i8"),
+    ],
+    align=True,
+)
+"""Working arrays and sums of one recording's filter."""
+
+
+@kernel
+def restart(f, p, run, start, spread, u):
+    """Put the filter at a start state whose standard deviations are `spread`."""
+    for i in range(N_FILTER):
+        for j in range(N_FILTER):
+            f.P[i, j] = 0.0
+        for c in range(N_PARAMETERS):
+            f.S[i, c] = 0.0
+        f.y[i] = start[i]
+        f.P[i, i] = spread[i] * spread[i]
+    f.P[D_U, D_U], f.P[D_L, D_L] = f.variance[0], f.variance[1]
+    # The twist differs from the encoders' difference by the offset.
+    f.P[0, OFFSET] = f.P[OFFSET, 0] = f.P[OFFSET, OFFSET]
+    f.P[0, 0] += f.P[OFFSET, OFFSET]
+    load_state(f, p, run)
+    start_mode(p, run, u)
+    settle(f, run)
+
+
+@kernel
+def load_state(f, p, run):
+    """Hand the filtered state and torques to the integrator."""
+    p.load_u, p.load_l = f.y[D_U], f.y[D_L]
+    for i in range(N_STATE):
+        run.y[i] = f.y[i]
+
+
+@kernel
+def settle(f, run):
+    """A stuck disc has no velocity and no doubt about it."""
+    for disc in range(2):
+        if run.mode[disc] == 0:
+            row = 1 + disc
+            f.y[row] = run.y[row] = 0.0
+            for j in range(N_FILTER):
+                f.P[row, j] = f.P[j, row] = 0.0
+            for c in range(N_PARAMETERS):
+                f.S[row, c] = 0.0
+
+
+@kernel
+def follow_modes(f, p, run, u):
+    """Modes after a measurement moved the state: a velocity pushed through zero stops there."""
+    for disc in range(2):
+        row = 1 + disc
+        if run.mode[disc] != 0 and run.mode[disc] * f.y[row] < 0.0:
+            f.y[row] = 0.0
+    load_state(f, p, run)
+    start_mode(p, run, u)
+    settle(f, run)
+
+
+@kernel
+def spread_covariance(f, dt):
+    """P <- F P F' + Q and S <- F S + G, with the transition over `dt` s in `f.F`."""
+    for i in range(N_STATE):
+        for j in range(N_FILTER):
+            total = 0.0
+            for m in range(N_FILTER):
+                total += f.F[i, m] * f.P[m, j]
+            f.FP[i, j] = total
+        for c in range(N_PARAMETERS):
+            total = f.FS[i, c]
+            for m in range(N_FILTER):
+                total += f.F[i, m] * f.S[m, c]
+            f.FS[i, c] = total
+    decay_u, decay_l = exp(-f.rate[0] * dt), exp(-f.rate[1] * dt)
+    for j in range(N_FILTER):
+        f.FP[D_U, j] = decay_u * f.P[D_U, j]
+        f.FP[D_L, j] = decay_l * f.P[D_L, j]
+        f.FP[OFFSET, j] = f.P[OFFSET, j]
+    for i in range(N_FILTER):
+        for j in range(N_STATE):
+            total = 0.0
+            for m in range(N_FILTER):
+                total += f.FP[i, m] * f.F[j, m]
+            f.P[i, j] = f.P[j, i] = total
+    f.P[D_U, D_U] = decay_u * f.FP[D_U, D_U] + (1.0 - decay_u * decay_u) * f.variance[0]
+    f.P[D_L, D_L] = decay_l * f.FP[D_L, D_L] + (1.0 - decay_l * decay_l) * f.variance[1]
+    f.P[D_U, D_L] = f.P[D_L, D_U] = decay_l * f.FP[D_U, D_L]
+    f.P[D_U, OFFSET] = f.P[OFFSET, D_U] = f.FP[D_U, OFFSET]
+    f.P[D_L, OFFSET] = f.P[OFFSET, D_L] = f.FP[D_L, OFFSET]
+    for c in range(N_PARAMETERS):
+        for i in range(N_STATE):
+            f.S[i, c] = f.FS[i, c]
+        f.S[D_U, c] *= decay_u
+        f.S[D_L, c] *= decay_l
+    f.y[D_U] *= decay_u
+    f.y[D_L] *= decay_l
+
+
+@kernel
+def predict(f, p, run, work, tab, breaks, piece, buffers):
+    """Carry state, covariance and sensitivities over one sample interval."""
+    load_state(f, p, run)
+    run.t, run.piece, run.sample, run.logged, run.steps = breaks[0], 0, 0, 0, 0
+    for i in range(N_STATE):
+        for c in range(work.sens.shape[1]):
+            work.sens[i, c] = 1.0 if i == c else 0.0
+    status = advance(
+        p, run, work, tab, breaks, piece, buffers.t_eval, buffers.out, buffers.modes, buffers.log,
+        buffers.sens,
+    )  # fmt: skip
+    if status != DONE:
+        return status
+    for i in range(N_STATE):
+        f.y[i] = run.y[i]
+        for m in range(N_STATE):
+            f.F[i, m] = work.sens[i, m]
+        f.F[i, D_U] = work.sens[i, N_STATE + LOAD_U]
+        f.F[i, D_L] = work.sens[i, N_STATE + LOAD_U + 1]
+        f.F[i, OFFSET] = 0.0
+        for c in range(N_PARAMETERS):
+            f.FS[i, c] = work.sens[i, N_STATE + c]
+    spread_covariance(f, breaks[1] - breaks[0])
+    return DONE
+
+
+@kernel
+def update(f, upper, measured, noise):
+    """Take one encoder sample in; returns its innovation (rad) and the variance of that."""
+    a = 1.0 if upper else 0.0
+    gap = measured - (a * (f.y[0] - f.y[OFFSET]) + f.y[3])
+    for i in range(N_FILTER):
+        f.PH[i] = a * (f.P[i, 0] - f.P[i, OFFSET]) + f.P[i, 3]
+    variance = a * (f.PH[0] - f.PH[OFFSET]) + f.PH[3] + noise
+    used = variance
+    if gap * gap > f.robust * f.robust * variance:
+        # Huber's weight: the sample counts as one of larger noise.
+        used = abs(gap) * variance**0.5 / f.robust
+    f.value += gap * gap / used + log(variance)
+    f.count += 1
+    for c in range(f.parameters):
+        f.slope[c] = a * (f.S[0, c] - f.S[OFFSET, c]) + f.S[3, c]
+    for c in range(f.parameters):
+        f.gradient[c] += f.slope[c] * gap / used
+        for d in range(c + 1):
+            f.information[c, d] += f.slope[c] * f.slope[d] / used
+    for i in range(N_FILTER):
+        gain = f.PH[i] / used
+        f.y[i] += gain * gap
+        for c in range(f.parameters):
+            f.S[i, c] -= gain * f.slope[c]
+    for i in range(N_FILTER):
+        for j in range(N_FILTER):
+            f.P[i, j] -= f.PH[i] * f.PH[j] / used
+    return gap, variance
+
+
+@kernel
+def run_filter(
+    f, p, run, work, tab, t, u, angles, noise, restarts, starts, spreads, buffers, trace
+):
+    """Filter one recording; sums go to `f`, and to `trace` where it has rows.
+
+    Args:
+        f: record of `FILTER`.
+        p: record of `PARAMETERS`.
+        run, work, tab: records of the integrator.
+        t, u: times (s) and held voltages (V), shape (n,).
+        angles: theta_u and theta_l (rad), NaN where missing, shape (n, 2).
+        noise: variances of the samples, rad^2, shape (n, 2).
+        restarts: rows at which the filter starts anew, ascending, the first 0; shape (m,).
+        starts, spreads: states and their standard deviations there, shape (m, 7).
+        buffers: record of `BUFFERS`.
+        trace: per row and encoder the innovation and its variance, then the filtered state,
+            shape (n, 11), or no rows.
+
+    Returns:
+        `DONE` or a failure of the integrator.
+    """
+    next_start = 0
+    for k in range(t.size):
+        if next_start < restarts.size and restarts[next_start] == k:
+            restart(f, p, run, starts[next_start], spreads[next_start], u[k])
+            next_start += 1
+        elif k > 0:
+            buffers.breaks[0], buffers.breaks[1] = t[k - 1], t[k]
+            buffers.piece[0, 0] = u[k - 1]
+            status = predict(f, p, run, work, tab, buffers.breaks, buffers.piece, buffers)
+            if status != DONE:
+                return status
+        for e in range(2):
+            gap, variance = 0.0, 0.0
+            if angles[k, e] == angles[k, e]:
+                gap, variance = update(f, e == 0, angles[k, e], noise[k, e])
+            if trace.shape[0] > 0:
+                trace[k, 2 * e], trace[k, 2 * e + 1] = gap, variance
+        follow_modes(f, p, run, u[k])
+        if trace.shape[0] > 0:
+            for i in range(N_FILTER):
+                trace[k, 4 + i] = f.y[i]
+    return DONE

@@ -1,0 +1,62 @@
+"""Noise of a recorded rig: a coloured torque on each disc and each encoder's error."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from drill_env._errors import InputError
+from drill_env._types import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseModel:
+    """Standard deviations and correlation times of the disturbances.
+
+    The torques are Ornstein-Uhlenbeck processes, so a value near zero makes the prediction
+    errors those of a free run.
+
+    Attributes:
+        torque_u: of the torque on the upper disc, Nm.
+        torque_l: of the torque on the lower disc, Nm.
+        tau_u: correlation time of the upper torque, s.
+        tau_l: correlation time of the lower torque, s.
+        encoder_u: of the upper encoder, rad.
+        encoder_l: of the lower encoder, rad.
+    """
+
+    torque_u: float = 0.02
+    torque_l: float = 2e-4
+    tau_u: float = 0.1
+    tau_l: float = 0.1
+    encoder_u: float = 2.0 * math.pi / 8192 / math.sqrt(12.0)
+    encoder_l: float = 2.0 * math.pi / 8192 / math.sqrt(12.0)
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if not (math.isfinite(value) and value > 0):
+                raise InputError(f"noise {item.name} is {value}: give a number greater than 0")
+
+    def vector(self) -> FloatArray:
+        """The logarithms of the six values, in the order of the fields."""
+        return np.log([getattr(self, item.name) for item in fields(self)])
+
+    @classmethod
+    def from_vector(cls, logs: FloatArray) -> NoiseModel:
+        """The inverse of `vector`."""
+        return cls(*np.exp(logs).tolist())
+
+
+def repeated_counts(theta: FloatArray) -> FloatArray:
+    """How many neighbours show the same count as each sample, itself included; shape (n,).
+
+    The rounding error stays the same while the count does, so that so many equal samples
+    tell no more than one.
+    """
+    edges = np.flatnonzero(np.diff(theta) != 0.0) + 1
+    bounds = np.concatenate([[0], edges, [len(theta)]])
+    lengths = np.diff(bounds)
+    return np.repeat(lengths, lengths).astype(float)
