@@ -166,9 +166,9 @@ def make(
 
 
 def quasi_random(rng: np.random.Generator, seconds: float, rate: float, top: float) -> Array:
-    """A sum of sines with random phases below 1 Hz, on a random mean, within +-`top` V."""
+    """Twelve sines of random phase below 0.4 Hz, scaled to +-`top` V."""
     t = np.arange(round(seconds * rate)) / rate
-    frequencies = rng.uniform(0.02, 0.8, 12)
+    frequencies = rng.uniform(0.01, 0.4, 12)
     phases = rng.uniform(0.0, 2.0 * np.pi, 12)
     wave = np.sin(2.0 * np.pi * np.outer(t, frequencies) + phases).sum(axis=1)
     return np.clip(wave / np.abs(wave).max() * top, -top, top)

@@ -1,4 +1,4 @@
-"""The diagram of a controlled rig over the set point, beside the open-loop one."""
+"""What a controlled rig settles on over the set point, in the environment itself."""
 
 from __future__ import annotations
 
@@ -28,34 +28,39 @@ def controlled_diagram(
     config: EnvConfig,
     setpoints: FloatArray,
     progress: Progress | None = None,
+    growth: FloatArray | None = None,
 ) -> pd.DataFrame:
-    """Steady motions of the sampled closed loop, set point by set point.
+    """Attractors of the sampled closed loop, set point by set point.
 
-    Attractors are found by letting the loop settle from rest and from the open-loop limit
-    cycle; whether the equilibrium at the set point is stable, by pushing it a little and
-    fitting the growth of the swing. Both use encoders without quantisation, so that what
-    is seen is the loop's own. Unstable cycles are not computed.
+    They are found by letting the loop settle from rest and from the open-loop limit cycle;
+    whether the equilibrium at the set point is stable, by pushing it a little. Encoders are
+    not quantised, so that what is seen is the loop's own. Unstable motions need
+    `drill_env.continuation.loop_diagram`.
 
     Args:
         maker: makes the controller from the configuration.
         config: rig, control period, filter and voltage limit.
         setpoints: rad/s, shape (n,).
         progress: called with (what, done, total).
+        growth: growth rates of the equilibria (1/s), shape (n,), where they are known;
+            else they are fitted to the pushed runs.
 
     Returns:
         Columns setpoint, start, min, max, mean (rad/s) of the settled motion, and
-        growth_rate (1/s; NaN where the swing is never small for two natural periods, as the
-        controller's own start may drive it away) and stable.
+        growth_rate (1/s; if fitted, NaN where the swing is never small for two natural
+        periods, as the controller's own start may drive it away) and stable.
     """
     exact = dataclasses.replace(config.encoder, counts_per_rev=0, noise_rad=0.0)
     assert isinstance(exact, Encoder)
     quiet = dataclasses.replace(config, encoder=exact, action="volts", rtol=1e-9)
     controller = maker(quiet)
     quiet = dataclasses.replace(
-        quiet, observation=controller.view, episode_seconds=_SETTLE_S + _WATCH_S
-    )
+        quiet, observation=controller.view, history=controller.history,
+        episode_seconds=_SETTLE_S + _WATCH_S,
+    )  # fmt: skip
     pushed = _pushed_runs(controller, quiet, setpoints)
-    growth = growth_rates(pushed, quiet, setpoints)
+    if growth is None:
+        growth = growth_rates(pushed, quiet, setpoints)
     settled = _settled(pushed, quiet, setpoints)
     tails = {}
     for done, start in enumerate(_STARTS):

@@ -90,25 +90,3 @@ def basin_report(
         "files": files, "volts": volts, "box": list(found.box), "fates": counts,
         "share_to_equilibrium": found.share, "low": found.low, "high": found.high,
     }  # fmt: skip
-
-
-def controlled_report(rig: Rig, name: str, out: Path) -> dict[str, Any]:
-    import numpy as np
-
-    from drill_env import baselines
-    from drill_env._files import make_folder
-    from drill_env._tables import write_table
-    from drill_env.benchmark.controlled_diagram import controlled_diagram
-    from drill_env.continuation import bifurcation_diagram
-    from drill_env.environment.config import EnvConfig
-    from drill_env.report.bifurcation_picture import save_controlled_picture
-
-    config = EnvConfig(rig=rig)
-    baselines.make(name, config)
-    table = controlled_diagram(baselines.CONTROLLERS[name], config, np.linspace(0.3, 8.5, 42))
-    make_folder(out)
-    files = [out / f"controlled-{name}.csv", out / f"controlled-{name}.png"]
-    write_table(table, files[0])
-    diagram = bifurcation_diagram(rig, config.voltage_limit)
-    save_controlled_picture(table, name, diagram, files[1])
-    return {"files": files, "controller": name, "rows": table.to_dict("records")}

@@ -11,7 +11,6 @@ import typer
 from drill_env._errors import InputError
 from drill_env.cli._bifurcation_modes import (
     basin_report,
-    controlled_report,
     map_report,
     parameter_report,
 )
@@ -25,6 +24,7 @@ from drill_env.cli._common import (
     show,
     tell,
 )
+from drill_env.cli._controlled_mode import controlled_report
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,7 +48,10 @@ def bifurcation_command(
         typer.Option(help="Continue in this rig key, with --volts and --range LOW,HIGH."),
     ] = None,
     between: Annotated[
-        str | None, typer.Option("--range", help="low,high of --parameter or low,high,n of --map.")
+        str | None,
+        typer.Option(
+            "--range", help="low,high of --parameter, low,high,n of --map or set points low,high."
+        ),
     ] = None,
     volts: Annotated[float | None, typer.Option(help="Voltage for --parameter or --basin.")] = None,
     map_: Annotated[
@@ -63,8 +66,9 @@ def bifurcation_command(
     seed: Annotated[int, typer.Option(help="Seed of the starts.")] = 0,
     controller: Annotated[
         str | None,
-        typer.Option(help="Controlled rig: open-loop, pi or active-damping."),
+        typer.Option(help="Controlled rig over the set point: a name, or an agent's folder."),
     ] = None,
+    voltage_limit: Annotated[float, typer.Option(help="V, for --controller; up to 15.")] = 5.0,
     as_json: JsonOption = False,
 ) -> None:
     """Compute the bifurcation diagram: equilibria, limit cycles, special points.
@@ -86,7 +90,7 @@ def bifurcation_command(
     elif basin is not None:
         report = basin_report(plant, basin, volts, starts, seed, out)
     elif controller is not None:
-        report = controlled_report(plant, controller, out)
+        report = controlled_report(plant, controller, between, voltage_limit, out)
     else:
         report = _diagram(plant, to, recorded or [], out)
     if as_json:
@@ -154,12 +158,14 @@ def _tell(report: dict[str, Any]) -> None:
 
     if report.get("points"):
         table = Table(title="Special points", title_justify="left")
-        for name in ("", "kind", "V or value", "min rad/s", "max rad/s", "period s"):
+        where = "rad/s set" if "controller" in report else "V or value"
+        for name in ("", "kind", where, "min rad/s", "max rad/s", "period s"):
             table.add_column(name, justify="right" if " " in name else "left")
         for p in report["points"]:
             period = "" if p["period_s"] is None else f"{p['period_s']:.7f}"
+            place = p["setpoint"] if "setpoint" in p else p["parameter"]
             table.add_row(
-                p["name"] or "", p["kind"], f"{p['parameter']:.8f}", f"{p['min']:.6f}",
+                p.get("name") or "", p["kind"], f"{place:.8f}", f"{p['min']:.6f}",
                 f"{p['max']:.6f}", period,
             )  # fmt: skip
         show(table)

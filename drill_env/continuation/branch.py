@@ -11,8 +11,8 @@ import numpy as np
 from drill_env._types import FloatArray
 from drill_env.continuation.flow import CycleError, Flow, LimitCycle, Shot
 
-_TOLERANCE = 1e-10
-_LAST_MOVE = 1e-9
+# Newton's last step may be so many times the tolerance.
+_LAST_MOVE = 10.0
 _NEWTON_LIMIT = 8
 
 
@@ -56,10 +56,11 @@ class Corrector:
     Args:
         flow: the period map.
         scale: typical sizes of (twist, omega_u, omega_l, ..., period, parameter), shape (n,).
+        tolerance: relative gap below which a cycle is closed.
     """
 
-    def __init__(self, flow: Flow, scale: FloatArray) -> None:
-        self.flow, self.scale = flow, scale
+    def __init__(self, flow: Flow, scale: FloatArray, tolerance: float = 1e-10) -> None:
+        self.flow, self.scale, self._tolerance = flow, scale, tolerance
         self._axes = np.eye(len(scale))
 
     def equations(self, z: FloatArray) -> tuple[FloatArray, FloatArray, Shot]:
@@ -94,9 +95,9 @@ class Corrector:
             except np.linalg.LinAlgError as error:
                 raise CycleError(f"singular Newton matrix at parameter {z[-1]:.9g}") from error
             size = float(np.abs(move).max())
-            closes = np.abs(value).max() < _TOLERANCE * (1.0 + np.abs(z[:-2]).max())
+            closes = np.abs(value).max() < self._tolerance * (1.0 + np.abs(z[:-2]).max())
             # Where a multiplier is near 1 a small gap still means a cycle far away.
-            if closes and size < _LAST_MOVE:
+            if closes and size < _LAST_MOVE * self._tolerance:
                 return z, self.tangent(matrix, border), shot, step
             if not np.isfinite(size) or size > 2.0:
                 raise CycleError(f"Newton's step {step + 1} runs away at parameter {z[-1]:.9g}")

@@ -11,7 +11,7 @@ from drill_env.friction import kernel_record
 from drill_env.friction._kernels import map_lower
 from drill_env.integrator._advance import DONE, advance
 from drill_env.integrator._modes import start_mode
-from drill_env.integrator._records import EVENT, N_STATE, RUN, new_work
+from drill_env.integrator._records import EVENT, FIRST_PARAMETER, N_STATE, RUN, new_work
 from drill_env.integrator._tableau import TABLEAUX
 from drill_env.integrator.trajectory import Events
 from drill_env.parameters import SYMBOLS, Rig
@@ -42,7 +42,7 @@ class PeriodMap:
         self._log = np.zeros(256, dtype=EVENT)
         self._breaks, self._piece = np.zeros(2), np.zeros((1, 1))
         self._out, self._modes = np.zeros((0, N_STATE)), np.zeros((0, 2), dtype=np.int64)
-        self._times, self._sens = np.zeros(0), np.zeros((0, N_STATE, 18))
+        self._times, self._sens = np.zeros(0), np.zeros((0, N_STATE, 1))
         self._tableau = TABLEAUX["dop853"][0]
 
     def rig_at(self, value: float) -> Rig:
@@ -93,9 +93,9 @@ class PeriodMap:
         out[:, 3] = self.rates(end, volts)
         if self.parameter == "voltage":
             # The voltage acts through km u alone; where u is 0 the column is not needed.
-            out[:, 4] = sens[:3, N_STATE] * p["km"] / volts if volts else 0.0
+            out[:, 4] = sens[:3, FIRST_PARAMETER] * p["km"] / volts if volts else 0.0
         else:
-            out[:, 4] = sens[:3, N_STATE + SYMBOLS.index(self.parameter)]
+            out[:, 4] = sens[:3, FIRST_PARAMETER + SYMBOLS.index(self.parameter)]
         return out
 
     def rates(self, state: FloatArray, volts: float) -> FloatArray:

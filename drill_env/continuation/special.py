@@ -13,15 +13,19 @@ from drill_env.continuation.branch import Corrector, Point
 from drill_env.continuation.flow import CycleError, LimitCycle
 
 PointKind: TypeAlias = Literal[
-    "break-away", "hopf", "fold", "grazing", "reversal", "last stick", "non-smooth fold"
-]
+    "break-away", "hopf", "fold", "grazing", "reversal", "last stick", "non-smooth fold",
+    "neimark-sacker", "period doubling", "real crossing",
+]  # fmt: skip
 """What happens at a special point.
 
 ``break-away``: the sticking set ends. ``grazing``: min omega_l reaches 0, sticking starts
 or ends. ``reversal``: at its first contact the lower disc starts, or stops, to be pulled
 through instead of sticking. ``last stick``: the same at a later contact, after which no
 phase of sticking is left. ``non-smooth fold``: a cycle with and one without contact meet at
-a graze and the branch turns back at once.
+a graze and the branch turns back at once. Of the map over a control period or a cycle:
+``neimark-sacker``: a pair of multipliers crosses the unit circle, a sampled loop's Hopf point.
+``period doubling``: a multiplier passes -1. ``real crossing``: a multiplier passes 1 where the
+branch does not turn back.
 """
 
 _SPLITS = 14
@@ -45,6 +49,7 @@ class SpecialPoint:
         how: the condition that was solved.
         error: estimated error of `parameter`.
         remark: what is known, and what is inference.
+        cycle: the limit cycle there, if it is one.
     """
 
     name: str
@@ -58,6 +63,7 @@ class SpecialPoint:
     how: str
     error: float
     remark: str = ""
+    cycle: LimitCycle | None = None
 
 
 def cycle_point(
@@ -66,7 +72,7 @@ def cycle_point(
     """A special point that is a limit cycle."""
     return SpecialPoint(
         name, kind, cycle.parameter, float("nan"), cycle.min, cycle.max, cycle.period,
-        tuple(complex(m) for m in cycle.multipliers), how, error, remark,
+        tuple(complex(m) for m in cycle.multipliers), how, error, remark, cycle,
     )  # fmt: skip
 
 
@@ -75,7 +81,7 @@ def signature(cycle: LimitCycle) -> tuple[bool, ...]:
     return tuple(margin >= 0.0 for margin in cycle.hits)
 
 
-class _Segment:
+class Segment:
     """The branch between two neighbouring points, as a function of the arclength from `a`."""
 
     def __init__(self, corrector: Corrector, a: Point, b: Point) -> None:
@@ -104,14 +110,14 @@ def special_points(corrector: Corrector, a: Point, b: Point) -> Iterator[Special
     Raises:
         CycleError: Newton fails on the way.
     """
-    segment = _Segment(corrector, a, b)
+    segment = Segment(corrector, a, b)
     if a.tangent[-1] * b.tangent[-1] < 0.0:
         yield _fold(segment)
     yield from _contacts(segment, 0.0, a, segment.length, b, _SPLITS)
 
 
-def _solve(
-    segment: _Segment, value: Callable[[Point], float], low: float, high: float
+def solve_on(
+    segment: Segment, value: Callable[[Point], float], low: float, high: float
 ) -> tuple[Point, float]:
     """Root of `value` between two arclengths: the point and the error of its parameter."""
     s = float(brentq(lambda s: value(segment(s)), low, high, xtol=1e-11, rtol=1e-13))
@@ -121,14 +127,14 @@ def _solve(
     return point, slope * 1e-11 + _FLOOR
 
 
-def _fold(segment: _Segment) -> SpecialPoint:
-    point, error = _solve(segment, lambda p: float(p.tangent[-1]), 0.0, segment.length)
+def _fold(segment: Segment) -> SpecialPoint:
+    point, error = solve_on(segment, lambda p: float(p.tangent[-1]), 0.0, segment.length)
     how = "the branch's tangent has no component along the parameter; a multiplier is 1"
     return cycle_point("fold", point.cycle, how, error)
 
 
 def _contacts(
-    segment: _Segment, low: float, a: Point, high: float, b: Point, splits: int
+    segment: Segment, low: float, a: Point, high: float, b: Point, splits: int
 ) -> Iterator[SpecialPoint]:
     before, after = signature(a.cycle), signature(b.cycle)
     if before == after:
@@ -153,7 +159,7 @@ def _contacts(
         yield from _contacts(segment, middle, point, high, b, splits - 1)
 
 
-def _switch(segment: _Segment, low: float, high: float, hit: int) -> SpecialPoint:
+def _switch(segment: Segment, low: float, high: float, hit: int) -> SpecialPoint:
     """Where the stiction margin of contact `hit` changes sign."""
 
     def margin(point: Point) -> float:
@@ -161,12 +167,12 @@ def _switch(segment: _Segment, low: float, high: float, hit: int) -> SpecialPoin
             raise CycleError(f"contact {hit + 1} is lost near parameter {point.z[-1]:.9g}")
         return point.cycle.hits[hit]
 
-    point, error = _solve(segment, margin, low, high)
+    point, error = solve_on(segment, margin, low, high)
     how = f"ktheta |twist| = Tsl at contact {hit + 1}"
     return cycle_point("reversal" if hit == 0 else "last stick", point.cycle, how, error)
 
 
-def _grazing(segment: _Segment, low: float, a: Point, high: float) -> SpecialPoint:
+def _grazing(segment: Segment, low: float, a: Point, high: float) -> SpecialPoint:
     """Where min omega_l reaches zero, approached from the side without contact.
 
     On that side the minimum is smooth; on the other it is exactly zero.

@@ -66,7 +66,7 @@ def cycle_rows(branches: Iterable[CycleBranch]) -> Iterator[dict[str, Any]]:
             cycle = point.cycle
             part += cycle.stable != before
             before = cycle.stable
-            first, second = (abs(complex(m)) for m in cycle.multipliers)
+            first, second = (abs(complex(m)) for m in cycle.multipliers[:2])
             yield {
                 "branch": f"p{part}", "kind": "cycle", "parameter": cycle.parameter,
                 "min": cycle.min, "max": cycle.max, "period": cycle.period,

@@ -21,9 +21,6 @@ from drill_env.parameters._record import (
     JU,
     KM,
     KTHETA,
-    LOAD_L,
-    LOAD_U,
-    N_INPUTS,
     N_PARAMETERS,
     TSL,
     TSU,
@@ -113,8 +110,8 @@ def fill_jacobian(p, upper, lower, clamped, omega_l, jac):
 
 @kernel
 def fill_parameter_rates(p, upper, lower, clamped, twist, omega_u, omega_l, u, out_u, out_l):
-    """Derivatives of both accelerations by the fourteen parameters and the two loads."""
-    for i in range(N_INPUTS):
+    """Derivatives of both accelerations by the fourteen parameters."""
+    for i in range(N_PARAMETERS):
         out_u[i] = 0.0
         out_l[i] = 0.0
     if upper != 0:
@@ -125,7 +122,6 @@ def fill_parameter_rates(p, upper, lower, clamped, twist, omega_u, omega_l, u, o
         out_u[DTSU] = -p.per_Ju
         out_u[BU] = -omega_u * p.per_Ju
         out_u[DBU] = -upper * omega_u * p.per_Ju
-        out_u[LOAD_U] = p.per_Ju
     if lower != 0:
         if clamped != 1:
             lower_gradient(p, lower * omega_l, out_l)
@@ -133,4 +129,3 @@ def fill_parameter_rates(p, upper, lower, clamped, twist, omega_u, omega_l, u, o
                 out_l[i] *= -lower * p.per_Jl
         out_l[JL] = -lower_rate(p, lower, clamped, twist, omega_l) * p.per_Jl
         out_l[KTHETA] = twist * p.per_Jl
-        out_l[LOAD_L] = p.per_Jl

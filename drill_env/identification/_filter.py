@@ -1,9 +1,11 @@
 """Compiled Kalman filter through the set-valued rig with a latent torque on each disc.
 
-State: twist, omega_u, omega_l, theta_l, the torques d_u and d_l (Nm, Ornstein-Uhlenbeck), and the
-encoders' twist offset. Each sample interval is one exact integration between events whose
-sensitivities are the transition; a stuck disc's velocity has no variance, so nothing but the
-inclusion itself releases it. `S` is the derivative of the filtered state by the parameters.
+State: twist, omega_u, omega_l, theta_l, and the torques d_u and d_l (Nm, Ornstein-Uhlenbeck).
+Each sample interval is one exact integration between events whose sensitivities are the
+transition; a stuck disc's velocity has no variance, so nothing but the inclusion itself releases
+it. `S` is the derivative of the filtered state by the parameters and by the start: the encoders'
+difference, both velocities and theta_l there, and the twist at which the encoders agree. The
+start is estimated and not filtered: a release is too sharp for its first wide variance.
 """
 
 from math import exp, log
@@ -13,29 +15,31 @@ import numpy as np
 from drill_env._jit import kernel
 from drill_env.integrator._advance import DONE, advance
 from drill_env.integrator._modes import start_mode
-from drill_env.integrator._records import N_STATE
-from drill_env.parameters._record import LOAD_U, N_PARAMETERS
+from drill_env.integrator._records import FIRST_PARAMETER, LOAD_L, LOAD_U, N_STATE
+from drill_env.parameters._record import N_PARAMETERS
 
-N_FILTER = 7
-D_U, D_L, OFFSET = 4, 5, 6
+N_FILTER = 6
+D_U, D_L = 4, 5
+N_START = 5
+START_OFFSET = 4
+N_SLOPES = N_PARAMETERS + N_START
 
 FILTER = np.dtype(
     [
         ("variance", "f8", (2,)),  # of the latent torques, Nm^2
         ("rate", "f8", (2,)),  # reciprocal of their correlation times, 1/s
         ("robust", "f8"),  # innovations beyond so many standard deviations lose weight
-        ("parameters", "i8"),  # 0: no sensitivities
+        ("slopes", "i8"),  # columns of S; 0 for none
+        ("offset", "f8"),
         ("y", "f8", (N_FILTER,)),
         ("P", "f8", (N_FILTER, N_FILTER)),
-        ("S", "f8", (N_FILTER, N_PARAMETERS)),
+        ("S", "f8", (N_FILTER, N_SLOPES)),
         ("F", "f8", (N_STATE, N_FILTER)),
         ("FP", "f8", (N_FILTER, N_FILTER)),
-        ("FS", "f8", (N_STATE, N_PARAMETERS)),
+        ("FS", "f8", (N_STATE, N_SLOPES)),
         ("PH", "f8", (N_FILTER,)),
-        ("slope", "f8", (N_PARAMETERS,)),
+        ("slope", "f8", (N_SLOPES,)),
         ("value", "f8"),  # -2 log likelihood without its constant
-        ("gradient", "f8", (N_PARAMETERS,)),  # of half of it, with the gains held
-        ("information", "f8", (N_PARAMETERS, N_PARAMETERS)),
         ("count", "i8"),
     ],
     align=True,
@@ -44,19 +48,21 @@ FILTER = np.dtype(
 
 
 @kernel
-def restart(f, p, run, start, spread, u):
-    """Put the filter at a start state whose standard deviations are `spread`."""
+def restart(f, p, run, start, u):
+    """Put the filter at a start."""
     for i in range(N_FILTER):
         for j in range(N_FILTER):
             f.P[i, j] = 0.0
-        for c in range(N_PARAMETERS):
+        for c in range(N_SLOPES):
             f.S[i, c] = 0.0
-        f.y[i] = start[i]
-        f.P[i, i] = spread[i] * spread[i]
+        f.y[i] = 0.0
     f.P[D_U, D_U], f.P[D_L, D_L] = f.variance[0], f.variance[1]
-    # The twist differs from the encoders' difference by the offset.
-    f.P[0, OFFSET] = f.P[OFFSET, 0] = f.P[OFFSET, OFFSET]
-    f.P[0, 0] += f.P[OFFSET, OFFSET]
+    f.offset = start[START_OFFSET]
+    for i in range(N_STATE):
+        f.y[i] = start[i]
+        f.S[i, N_PARAMETERS + i] = 1.0
+    f.y[0] += f.offset
+    f.S[0, N_PARAMETERS + START_OFFSET] = 1.0
     load_state(f, p, run)
     start_mode(p, run, u)
     settle(f, run)
@@ -79,7 +85,7 @@ def settle(f, run):
             f.y[row] = run.y[row] = 0.0
             for j in range(N_FILTER):
                 f.P[row, j] = f.P[j, row] = 0.0
-            for c in range(N_PARAMETERS):
+            for c in range(N_SLOPES):
                 f.S[row, c] = 0.0
 
 
@@ -104,7 +110,7 @@ def spread_covariance(f, dt):
             for m in range(N_FILTER):
                 total += f.F[i, m] * f.P[m, j]
             f.FP[i, j] = total
-        for c in range(N_PARAMETERS):
+        for c in range(f.slopes):
             total = f.FS[i, c]
             for m in range(N_FILTER):
                 total += f.F[i, m] * f.S[m, c]
@@ -113,7 +119,6 @@ def spread_covariance(f, dt):
     for j in range(N_FILTER):
         f.FP[D_U, j] = decay_u * f.P[D_U, j]
         f.FP[D_L, j] = decay_l * f.P[D_L, j]
-        f.FP[OFFSET, j] = f.P[OFFSET, j]
     for i in range(N_FILTER):
         for j in range(N_STATE):
             total = 0.0
@@ -123,9 +128,7 @@ def spread_covariance(f, dt):
     f.P[D_U, D_U] = decay_u * f.FP[D_U, D_U] + (1.0 - decay_u * decay_u) * f.variance[0]
     f.P[D_L, D_L] = decay_l * f.FP[D_L, D_L] + (1.0 - decay_l * decay_l) * f.variance[1]
     f.P[D_U, D_L] = f.P[D_L, D_U] = decay_l * f.FP[D_U, D_L]
-    f.P[D_U, OFFSET] = f.P[OFFSET, D_U] = f.FP[D_U, OFFSET]
-    f.P[D_L, OFFSET] = f.P[OFFSET, D_L] = f.FP[D_L, OFFSET]
-    for c in range(N_PARAMETERS):
+    for c in range(f.slopes):
         for i in range(N_STATE):
             f.S[i, c] = f.FS[i, c]
         f.S[D_U, c] *= decay_u
@@ -140,7 +143,7 @@ def predict(f, p, run, work, tab, breaks, piece, buffers):
     load_state(f, p, run)
     run.t, run.piece, run.sample, run.logged, run.steps = breaks[0], 0, 0, 0, 0
     for i in range(N_STATE):
-        for c in range(work.sens.shape[1]):
+        for c in range(work.columns):
             work.sens[i, c] = 1.0 if i == c else 0.0
     status = advance(
         p, run, work, tab, breaks, piece, buffers.t_eval, buffers.out, buffers.modes, buffers.log,
@@ -152,51 +155,52 @@ def predict(f, p, run, work, tab, breaks, piece, buffers):
         f.y[i] = run.y[i]
         for m in range(N_STATE):
             f.F[i, m] = work.sens[i, m]
-        f.F[i, D_U] = work.sens[i, N_STATE + LOAD_U]
-        f.F[i, D_L] = work.sens[i, N_STATE + LOAD_U + 1]
-        f.F[i, OFFSET] = 0.0
-        for c in range(N_PARAMETERS):
-            f.FS[i, c] = work.sens[i, N_STATE + c]
+        f.F[i, D_U] = work.sens[i, LOAD_U]
+        f.F[i, D_L] = work.sens[i, LOAD_L]
+        for c in range(f.slopes):
+            f.FS[i, c] = work.sens[i, FIRST_PARAMETER + c] if c < N_PARAMETERS else 0.0
     spread_covariance(f, breaks[1] - breaks[0])
     return DONE
 
 
 @kernel
-def update(f, upper, measured, noise):
+def update(f, upper, measured, noise, gradient, information):
     """Take one encoder sample in; returns its innovation (rad) and the variance of that."""
     a = 1.0 if upper else 0.0
-    gap = measured - (a * (f.y[0] - f.y[OFFSET]) + f.y[3])
+    gap = measured - (a * (f.y[0] - f.offset) + f.y[3])
     for i in range(N_FILTER):
-        f.PH[i] = a * (f.P[i, 0] - f.P[i, OFFSET]) + f.P[i, 3]
-    variance = a * (f.PH[0] - f.PH[OFFSET]) + f.PH[3] + noise
+        f.PH[i] = a * f.P[i, 0] + f.P[i, 3]
+    variance = a * f.PH[0] + f.PH[3] + noise
     used = variance
     if gap * gap > f.robust * f.robust * variance:
         # Huber's weight: the sample counts as one of larger noise.
         used = abs(gap) * variance**0.5 / f.robust
     f.value += gap * gap / used + log(variance)
     f.count += 1
-    for c in range(f.parameters):
-        f.slope[c] = a * (f.S[0, c] - f.S[OFFSET, c]) + f.S[3, c]
-    for c in range(f.parameters):
-        f.gradient[c] += f.slope[c] * gap / used
+    for c in range(f.slopes):
+        f.slope[c] = a * f.S[0, c] + f.S[3, c]
+    if f.slopes > 0:
+        f.slope[N_PARAMETERS + START_OFFSET] -= a
+    for c in range(f.slopes):
+        gradient[c] += f.slope[c] * gap / used
         for d in range(c + 1):
-            f.information[c, d] += f.slope[c] * f.slope[d] / used
+            information[c, d] += f.slope[c] * f.slope[d] / used
     for i in range(N_FILTER):
         gain = f.PH[i] / used
         f.y[i] += gain * gap
-        for c in range(f.parameters):
+        for c in range(f.slopes):
             f.S[i, c] -= gain * f.slope[c]
-    for i in range(N_FILTER):
         for j in range(N_FILTER):
-            f.P[i, j] -= f.PH[i] * f.PH[j] / used
+            f.P[i, j] -= gain * f.PH[j]
     return gap, variance
 
 
 @kernel
 def run_filter(
-    f, p, run, work, tab, t, u, angles, noise, restarts, starts, spreads, buffers, trace
-):
-    """Filter one recording; sums go to `f`, and to `trace` where it has rows.
+    f, p, run, work, tab, t, u, angles, noise, restarts, starts, buffers, gradients, informations,
+    trace,
+):  # fmt: skip
+    """Filter one recording; the likelihood goes to `f`.
 
     Args:
         f: record of `FILTER`.
@@ -206,19 +210,22 @@ def run_filter(
         angles: theta_u and theta_l (rad), NaN where missing, shape (n, 2).
         noise: variances of the samples, rad^2, shape (n, 2).
         restarts: rows at which the filter starts anew, ascending, the first 0; shape (m,).
-        starts, spreads: states and their standard deviations there, shape (m, 7).
-        buffers: record of `BUFFERS`.
-        trace: per row and encoder the innovation and its variance, then the filtered state,
-            shape (n, 11), or no rows.
+        starts: theta_u - theta_l, omega_u, omega_l, theta_l and twist offset there, shape (m, 5).
+        buffers: working arrays.
+        gradients: filled with the descent of `f.value` / 2 from each restart to the next with
+            the gains held, shape (m, 19).
+        informations: filled with its expected curvature, lower triangle, shape (m, 19, 19).
+        trace: filled per row and encoder with the innovation and its variance, then the
+            filtered state, shape (n, 10), or no rows.
 
     Returns:
         `DONE` or a failure of the integrator.
     """
-    next_start = 0
+    window = -1
     for k in range(t.size):
-        if next_start < restarts.size and restarts[next_start] == k:
-            restart(f, p, run, starts[next_start], spreads[next_start], u[k])
-            next_start += 1
+        if window + 1 < restarts.size and restarts[window + 1] == k:
+            window += 1
+            restart(f, p, run, starts[window], u[k])
         elif k > 0:
             buffers.breaks[0], buffers.breaks[1] = t[k - 1], t[k]
             buffers.piece[0, 0] = u[k - 1]
@@ -228,7 +235,9 @@ def run_filter(
         for e in range(2):
             gap, variance = 0.0, 0.0
             if angles[k, e] == angles[k, e]:
-                gap, variance = update(f, e == 0, angles[k, e], noise[k, e])
+                gap, variance = update(
+                    f, e == 0, angles[k, e], noise[k, e], gradients[window], informations[window]
+                )
             if trace.shape[0] > 0:
                 trace[k, 2 * e], trace[k, 2 * e + 1] = gap, variance
         follow_modes(f, p, run, u[k])

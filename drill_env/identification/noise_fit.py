@@ -14,34 +14,51 @@ from drill_env.identification.prediction_error import Samples, Trace, trace_of
 from drill_env.parameters import Rig
 
 _STEP = 1e-3
-_LONGEST_STEP = 1.5
-# A weak pull towards the present values, lest a vanishing torque walk off to minus infinity.
-_RIDGE = 1.0
-
-_FLOORS = np.log([1e-5, 1e-7, 1e-3, 1e-3, 1e-9, 1e-9])
+_LONGEST_STEP = 2.0
+# Standard deviations of the prior on the logarithms: correlation times far from a tenth of a
+# second are hardly told from white or constant torques.
+_PRIOR = NoiseModel().vector()
+_PRECISION = 1.0 / np.array([10.0, 10.0, 0.5, 0.5, 10.0, 10.0]) ** 2
+_FLOORS = np.log([1e-6, 1e-8, 1e-3, 1e-3, 1e-9, 1e-9])
 _CEILINGS = np.log([10.0, 1.0, 20.0, 20.0, 1.0, 1.0])
 
 
-def noise_step(recordings: Sequence[Samples], rig: Rig, noise: NoiseModel) -> NoiseModel:
+def noise_step(
+    recordings: Sequence[Samples],
+    starts: Sequence[FloatArray],
+    rig: Rig,
+    noise: NoiseModel,
+    *,
+    torques: bool = True,
+) -> NoiseModel:
     """One step of Fisher scoring on the six logarithms of a noise model that recordings share.
 
     Args:
         recordings: from `prepare`.
+        starts: of each recording, held.
         rig: parameters, held.
         noise: present model.
+        torques: whether the torques' size and correlation change, or the encoders' only.
     """
     logs = noise.vector()
-    tried = [logs, *(logs + _STEP * unit for unit in np.eye(len(logs)))]
-    jobs = [(samples, NoiseModel.from_vector(v)) for samples in recordings for v in tried]
+    free = np.arange(len(logs)) if torques else np.arange(4, len(logs))
+    tried = [logs, *(logs + _STEP * unit for unit in np.eye(len(logs))[free])]
+    jobs = [
+        (samples, rig, NoiseModel.from_vector(logs), start)
+        for samples, start in zip(recordings, starts, strict=True)
+        for logs in tried
+    ]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        traces = list(pool.map(lambda job: trace_of(job[0], rig, job[1]), jobs))
-    gradient, information = np.zeros(len(logs)), np.eye(len(logs)) * _RIDGE
+        traces = list(pool.map(lambda job: trace_of(*job), jobs))
+    gradient = (_PRECISION * (logs - _PRIOR))[free]
+    information = np.diag(_PRECISION[free])
     for start in range(0, len(traces), len(tried)):
         part = _scoring(traces[start], traces[start + 1 : start + len(tried)])
         gradient, information = gradient + part[0], information + part[1]
     step = np.linalg.solve(information, -gradient)
     step *= min(1.0, _LONGEST_STEP / max(float(np.abs(step).max()), 1e-12))
-    return NoiseModel.from_vector(np.clip(logs + step, _FLOORS, _CEILINGS))
+    logs[free] += step
+    return NoiseModel.from_vector(np.clip(logs, _FLOORS, _CEILINGS))
 
 
 def _scoring(base: Trace, moved: Sequence[Trace]) -> tuple[FloatArray, FloatArray]:

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,16 +11,18 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
 from drill_env.friction import kernel_record
-from drill_env.identification._filter import FILTER, N_FILTER, run_filter
+from drill_env.identification._filter import FILTER, N_FILTER, N_SLOPES, N_START, run_filter
 from drill_env.identification.initial_state import state_at
 from drill_env.identification.noise import NoiseModel, repeated_counts
 from drill_env.integrator._advance import DONE
-from drill_env.integrator._records import EVENT, RUN, STEPS_PER_PERIOD, new_work
+from drill_env.integrator._records import EVENT, FIRST_PARAMETER, RUN, STEPS_PER_PERIOD, new_work
 from drill_env.integrator._tableau import TABLEAUX
 from drill_env.parameters import SYMBOLS, Rig
 from drill_env.recordings import Recording
 
 _RTOL = 1e-7
+# A sample interval needs a few steps; a rig far from sense would take them for ever.
+_MOST_STEPS = 2000
 # Doubt about the velocities that a restart takes from the samples around it.
 _START_SPEED = 0.3
 _START_ANGLE = 0.05
@@ -52,8 +51,9 @@ class Samples:
         angles: theta_u and theta_l, rad, NaN where missing, shape (n, 2).
         repeats: samples that share one rounding error, shape (n, 2).
         restarts: rows where the state is unknown, shape (m,).
-        starts: filter states there, shape (m, 7).
-        spreads: their standard deviations, shape (m, 7).
+        starts: first guess of theta_u - theta_l, omega_u, omega_l, theta_l there and of the
+            twist at which the encoders agree, shape (m, 5).
+        spreads: standard deviations of the guess, 0 for what is known, shape (m, 5).
     """
 
     recording: Recording
@@ -68,19 +68,23 @@ class Samples:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Score:
-    """Sums over recordings.
+    """The likelihood of one recording and its derivatives by the parameters and the starts.
 
     Attributes:
-        value: minus twice the log likelihood of the angles, without its constant.
-        gradient: derivative of half of the log likelihood's double by the parameters with the
-            filter's gains held, shape (14,).
-        information: expected curvature, shape (14, 14).
+        value: minus twice the log likelihood of the angles and starts, without its constant.
+        gradient: descent of half of the value with the filter's gains held, the starts
+            eliminated, shape (14,).
+        information: expected curvature likewise, shape (14, 14).
+        start_step: Gauss-Newton step of the starts while the parameters stay, shape (m, 5).
+        start_slope: what it loses for each unit that a parameter moves, shape (m, 5, 14).
         samples: number of angles that were predicted.
     """
 
     value: float
     gradient: FloatArray
     information: FloatArray
+    start_step: FloatArray
+    start_slope: FloatArray
     samples: int
 
 
@@ -91,7 +95,7 @@ class Trace:
     Attributes:
         innovation: measured minus predicted angle of (theta_u, theta_l), rad, shape (n, 2).
         variance: variance the filter gave it, rad^2, shape (n, 2); 0 where no sample is.
-        state: twist, omega_u, omega_l, theta_l, d_u, d_l, twist offset; shape (n, 7).
+        state: twist, omega_u, omega_l, theta_l, d_u, d_l; shape (n, 6).
     """
 
     innovation: FloatArray
@@ -137,13 +141,16 @@ def prepare(
             if name in recording.quanta:
                 repeats[:, place] = repeated_counts(theta)
     restarts = _restarts(t, recording.interval, window)
-    starts = np.zeros((len(restarts), N_FILTER))
-    spreads = np.zeros((len(restarts), N_FILTER))
+    starts = np.zeros((len(restarts), N_START))
+    spreads = np.zeros((len(restarts), N_START))
     for i, row in enumerate(restarts.tolist()):
         starts[i, :4] = state_at(recording, rig, row)
         still = row == 0 and starts[i, 1] == 0.0 and starts[i, 2] == 0.0
         spreads[i, :4] = (_START_ANGLE, *([0.0 if still else _START_SPEED] * 2), _START_ANGLE)
-        spreads[i, 6] = offset if rig.inertias == 2 else 0.0
+        spreads[i, 4] = offset
+        if rig.inertias == 1:
+            spreads[i, 2:] = (0.0, _START_ANGLE, 0.0)
+            spreads[i, 0] = 0.0
     return Samples(recording, t, u, angles, repeats, restarts, starts, spreads)
 
 
@@ -155,68 +162,94 @@ def _restarts(t: FloatArray, interval: float, window: float) -> IntArray:
     return np.unique(np.array(rows, dtype=np.int64))
 
 
+class _Run(NamedTuple):
+    """What one pass of the filter left."""
+
+    f: np.ndarray
+    gradients: FloatArray
+    informations: FloatArray
+    trace: FloatArray
+
+
 def _filter(
-    samples: Samples, rig: Rig, noise: NoiseModel, sensitivities: bool, robust: float, rows: int
-) -> tuple[np.ndarray, FloatArray]:
+    samples: Samples,
+    rig: Rig,
+    noise: NoiseModel,
+    starts: FloatArray,
+    *,
+    slopes: bool,
+    robust: float = math.inf,
+    rows: int = 0,
+) -> _Run:
     f = np.zeros(1, dtype=FILTER)
     f["variance"] = (noise.torque_u**2, noise.torque_l**2)
     f["rate"] = (1.0 / noise.tau_u, 1.0 / noise.tau_l)
-    f["robust"], f["parameters"] = robust, len(SYMBOLS) if sensitivities else 0
+    f["robust"], f["slopes"] = robust, N_SLOPES if slopes else 0
     run = np.zeros(1, dtype=RUN)
     run["h"] = samples.t[1]
     work = new_work(
         _RTOL, 0.1 * _RTOL, rig.natural_period / STEPS_PER_PERIOD, sensitivity=True, event_tol=1e-12
     )
+    work["max_steps"] = _MOST_STEPS
+    if not slopes:
+        work["columns"] = FIRST_PARAMETER
     buffers = Buffers(
         np.zeros(2), np.zeros((1, 1)), np.zeros(0), np.zeros((0, 4)),
         np.zeros((0, 2), dtype=np.int64), np.zeros(256, dtype=EVENT), np.zeros((0, 4, 1)),
     )  # fmt: skip
-    trace = np.zeros((rows, 4 + N_FILTER))
+    windows = len(samples.restarts)
+    left = _Run(
+        f, np.zeros((windows, N_SLOPES)), np.zeros((windows, N_SLOPES, N_SLOPES)),
+        np.zeros((rows, 4 + N_FILTER)),
+    )  # fmt: skip
     variance = samples.repeats * np.array([noise.encoder_u, noise.encoder_l]) ** 2
     status = run_filter(
         f[0], kernel_record(rig)[0], run[0], work[0], TABLEAUX["dopri5"][0], samples.t, samples.u,
-        samples.angles, variance, samples.restarts, samples.starts, samples.spreads, buffers,
-        trace,
+        samples.angles, variance, samples.restarts, starts, buffers, left.gradients,
+        left.informations, left.trace,
     )  # fmt: skip
     if status != DONE:
         f["value"] = math.inf
-    return f, trace
+    return left
 
 
 def score(
-    recordings: Sequence[Samples],
-    rig: Rig,
-    noise: Sequence[NoiseModel],
-    *,
-    sensitivities: bool = True,
-    robust: float = math.inf,
+    samples: Samples, rig: Rig, noise: NoiseModel, starts: FloatArray, robust: float = math.inf
 ) -> Score:
-    """Likelihood of recordings under a rig and a noise model each, and its derivatives.
+    """Likelihood of a recording under a rig, a noise model and starts, and its derivatives.
 
     Args:
-        recordings: from `prepare`.
+        samples: from `prepare`.
         rig: parameters.
-        noise: one model a recording.
-        sensitivities: whether the derivatives are wanted; else they are 0.
+        noise: of this recording.
+        starts: as `Samples.starts`, shape (m, 5).
         robust: standard deviations beyond which an innovation loses weight (Huber).
     """
+    left = _filter(samples, rig, noise, starts, slopes=True, robust=robust)
+    n = len(SYMBOLS)
+    gradient, information = np.zeros(n), np.zeros((n, n))
+    steps, slopes = np.zeros_like(starts), np.zeros((*starts.shape, n))
+    known = samples.spreads <= 0.0
+    weights = 1.0 / np.where(known, 1.0, samples.spreads) ** 2
+    miss = np.where(known, 0.0, samples.starts - starts)
+    for i, lower in enumerate(left.informations):
+        whole = np.tril(lower) + np.tril(lower, -1).T
+        free = np.flatnonzero(~known[i])
+        inner = whole[np.ix_(n + free, n + free)] + np.diag(weights[i, free])
+        cross = np.linalg.solve(inner, whole[n + free, :n])
+        pull = left.gradients[i, n + free] + (weights[i] * miss[i])[free]
+        steps[i, free] = np.linalg.solve(inner, pull)
+        slopes[i, free] = cross
+        gradient += left.gradients[i, :n] - cross.T @ pull
+        information += whole[:n, :n] - whole[:n, n + free] @ cross
+    value = float(left.f["value"][0]) + float(np.sum(weights * miss**2))
+    return Score(value, gradient, information, steps, slopes, int(left.f["count"][0]))
 
-    def one(i: int) -> np.ndarray:
-        return _filter(recordings[i], rig, noise[i], sensitivities, robust, 0)[0][0]
 
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        parts = list(pool.map(one, range(len(recordings))))
-    lower = sum(part["information"] for part in parts)
-    information = np.tril(lower) + np.tril(lower, -1).T
-    return Score(
-        sum(float(part["value"]) for part in parts),
-        np.sum([part["gradient"] for part in parts], axis=0),
-        information,
-        sum(int(part["count"]) for part in parts),
-    )
-
-
-def trace_of(samples: Samples, rig: Rig, noise: NoiseModel) -> Trace:
-    """Innovations and filtered states of one recording."""
-    _, rows = _filter(samples, rig, noise, False, math.inf, len(samples.t))
+def trace_of(
+    samples: Samples, rig: Rig, noise: NoiseModel, starts: FloatArray | None = None
+) -> Trace:
+    """Innovations and filtered states of one recording, from its first guess by default."""
+    starts = samples.starts if starts is None else starts
+    rows = _filter(samples, rig, noise, starts, slopes=False, rows=len(samples.t)).trace
     return Trace(rows[:, 0:4:2], rows[:, 1:4:2], rows[:, 4:])

@@ -8,7 +8,7 @@ from drill_env.dynamics._kernels import (
     upper_rate,
 )
 from drill_env.integrator._events import LOWER, LOWER_LAW, UPPER
-from drill_env.integrator._records import N_COLUMNS, N_STATE
+from drill_env.integrator._records import N_STATE
 
 STICK, SLIP, REVERSAL, MAXIMUM, MINIMUM, CLAMP = 0, 1, 2, 3, 4, 5
 
@@ -91,7 +91,7 @@ def salt(work, row, factor):
     after/before; a stick sets it to zero. Break-aways and clamp switches leave the
     rates continuous: nothing to do there.
     """
-    for c in range(N_COLUMNS):
+    for c in range(work.columns):
         work.sens[row, c] *= factor
 
 

@@ -2,10 +2,13 @@
 
 import numpy as np
 
-from drill_env.parameters._record import N_INPUTS
+from drill_env.parameters._record import N_PARAMETERS
 
 N_STATE = 4
-N_COLUMNS = N_STATE + N_INPUTS
+# Columns of the sensitivities: by the initial state, the external torques, the parameters.
+LOAD_U, LOAD_L = N_STATE, N_STATE + 1
+FIRST_PARAMETER = N_STATE + 2
+N_COLUMNS = FIRST_PARAMETER + N_PARAMETERS
 MAX_COEFFICIENTS = 8
 MAX_STAGES = 16
 
@@ -40,6 +43,7 @@ WORK = np.dtype(
         ("max_steps", "i8"),
         ("extrema", "i8"),
         ("sensitivity", "i8"),
+        ("columns", "i8"),  # sensitivities carried: all, or those before the parameters
         ("start", "f8"),  # of the present voltage piece
         ("end", "f8"),
         ("coefficients", "i8"),
@@ -53,7 +57,7 @@ WORK = np.dtype(
         ("ks", "f8", (MAX_STAGES, N_STATE, N_COLUMNS)),
         ("stage", "f8", (N_STATE, N_COLUMNS)),
         ("jac", "f8", (4,)),
-        ("rates", "f8", (2, N_INPUTS)),
+        ("rates", "f8", (2, N_PARAMETERS)),
     ],
     align=True,
 )
@@ -99,5 +103,6 @@ def new_work(
     work["event_tol"] = event_tol
     work["max_steps"] = 2_000_000_000
     work["extrema"], work["sensitivity"] = extrema, sensitivity
+    work["columns"] = N_COLUMNS
     work["sens"][0, :, :N_STATE] = np.eye(N_STATE)
     return work

@@ -1,27 +1,27 @@
 """Compiled first-order sensitivities, the exact derivative of the accepted steps.
 
 Columns are derivatives of (twist, omega_u, omega_l, theta_l): four by the initial
-state, one per parameter of `drill_env.parameters`, then the two external torques.
+state, two by the external torques, then one per parameter of `drill_env.parameters`.
 """
 
 from drill_env._jit import kernel
 from drill_env.dynamics._kernels import fill_jacobian, fill_parameter_rates
-from drill_env.integrator._records import N_COLUMNS, N_STATE
+from drill_env.integrator._records import FIRST_PARAMETER, LOAD_L, LOAD_U, N_STATE
 from drill_env.integrator._step import voltage_at
-from drill_env.parameters._record import N_INPUTS
+from drill_env.parameters._record import N_PARAMETERS
 
 
 @kernel
 def add_stages(work, tab, h, i):
     """Sensitivities at stage `i`, in `work.stage`."""
     for r in range(N_STATE):
-        for c in range(N_COLUMNS):
+        for c in range(work.columns):
             work.stage[r, c] = work.sens[r, c]
     for j in range(i):
         w = h * tab.a[i, j]
         if w != 0.0:
             for r in range(N_STATE):
-                for c in range(N_COLUMNS):
+                for c in range(work.columns):
                     work.stage[r, c] += w * work.ks[j, r, c]
 
 
@@ -30,17 +30,23 @@ def fill_stage_rates(p, run, work, i, u):
     """Rates of the sensitivities at stage `i`."""
     ys, mode, jac, s, ks = work.ys, run.mode, work.jac, work.stage, work.ks
     fill_jacobian(p, mode[0], mode[1], mode[2], ys[i, 2], jac)
-    fill_parameter_rates(
-        p, mode[0], mode[1], mode[2], ys[i, 0], ys[i, 1], ys[i, 2], u, work.rates[0], work.rates[1]
-    )
-    for c in range(N_COLUMNS):
+    for c in range(work.columns):
         ks[i, 0, c] = s[1, c] - s[2, c]
         ks[i, 1, c] = jac[0] * s[0, c] + jac[1] * s[1, c]
         ks[i, 2, c] = jac[2] * s[0, c] + jac[3] * s[2, c]
         ks[i, 3, c] = s[2, c]
-    for c in range(N_INPUTS):
-        ks[i, 1, N_STATE + c] += work.rates[0, c]
-        ks[i, 2, N_STATE + c] += work.rates[1, c]
+    if mode[0] != 0:
+        ks[i, 1, LOAD_U] += p.per_Ju
+    if mode[1] != 0:
+        ks[i, 2, LOAD_L] += p.per_Jl
+    if work.columns == FIRST_PARAMETER:
+        return
+    fill_parameter_rates(
+        p, mode[0], mode[1], mode[2], ys[i, 0], ys[i, 1], ys[i, 2], u, work.rates[0], work.rates[1]
+    )
+    for c in range(N_PARAMETERS):
+        ks[i, 1, FIRST_PARAMETER + c] += work.rates[0, c]
+        ks[i, 2, FIRST_PARAMETER + c] += work.rates[1, c]
 
 
 @kernel
@@ -54,7 +60,7 @@ def step_sensitivity(p, run, work, tab, h):
         fill_stage_rates(p, run, work, i, voltage_at(work, run.t + tab.c[i] * h))
     add_stages(work, tab, h, tab.stages)
     for r in range(N_STATE):
-        for c in range(N_COLUMNS):
+        for c in range(work.columns):
             work.sens[r, c] = work.stage[r, c]
 
 
@@ -62,5 +68,5 @@ def step_sensitivity(p, run, work, tab, h):
 def copy_sensitivity(work, sens_out, row):
     """Keep the present sensitivities as those of sample `row`."""
     for r in range(N_STATE):
-        for c in range(N_COLUMNS):
+        for c in range(work.columns):
             sens_out[row, r, c] = work.sens[r, c]

@@ -14,6 +14,8 @@ from drill_env.integrator._advance import LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STE
 from drill_env.integrator._modes import start_mode
 from drill_env.integrator._records import (
     EVENT,
+    LOAD_L,
+    LOAD_U,
     N_COLUMNS,
     N_STATE,
     RUN,
@@ -23,7 +25,7 @@ from drill_env.integrator._records import (
 from drill_env.integrator._tableau import TABLEAUX
 from drill_env.integrator.trajectory import Events, Trajectory
 from drill_env.integrator.voltage import Voltage, as_voltage
-from drill_env.parameters import SYMBOLS, Rig
+from drill_env.parameters import Rig
 
 REST: FloatArray = np.zeros(N_STATE)
 """Both discs at rest, string untwisted."""
@@ -123,8 +125,8 @@ def _integrate(
             out[first:], modes[first:], log, sens[first:],
         )  # fmt: skip
         logs.append(log[: int(run["logged"][0])])
-    # The external torques are the identification's.
-    kept = sens[:, :, : N_STATE + len(SYMBOLS)]
+    # The columns of the external torques are the identification's.
+    kept = np.delete(sens, [LOAD_U, LOAD_L], axis=2)
     end = run[0]
     _check_status(status, end["t"], end["y"])
     _warn_if_negative(rig, end["max_speed"])

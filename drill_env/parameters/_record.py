@@ -24,9 +24,6 @@ NAMES = (
 
 KM, JU, TSU, DTSU, BU, DBU, JL, KTHETA, TSL, T1, T2, BETA1, BETA2, BL = range(len(NAMES))
 N_PARAMETERS = len(NAMES)
-LOAD_U, LOAD_L = N_PARAMETERS, N_PARAMETERS + 1
-N_INPUTS = N_PARAMETERS + 2
-"""The parameters and the two external torques, which have sensitivities too."""
 
 LAWS = ("humped", "stribeck", "coulomb")
 HUMPED, STRIBECK, COULOMB = range(len(LAWS))

@@ -16,15 +16,17 @@ from drill_env._types import FloatArray
 from drill_env.continuation import CycleBranch, Diagram, ParameterDiagram, SpecialPoint
 from drill_env.continuation.tables import cycle_rows, diagram_table
 
-_STABLE, _UNSTABLE = "-", "--"
+STABLE, UNSTABLE = "-", "--"
 _COLOUR = {"sticking set": "k", "equilibrium": "k", "cycle": "#1f5fa8"}
 _MARK = {
     "hopf": "o", "fold": "s", "grazing": "^", "reversal": "v", "last stick": "D",
-    "break-away": "X", "non-smooth fold": "P",
+    "break-away": "X", "non-smooth fold": "P", "neimark-sacker": "o", "period doubling": "*",
+    "real crossing": "<",
 }  # fmt: skip
 
 
-def _blank() -> tuple[Figure, Any]:
+def blank() -> tuple[Figure, Any]:
+    """A figure and its axes for speeds of the lower disc."""
     figure = Figure(figsize=(8.0, 5.4), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots()
@@ -40,12 +42,12 @@ def diagram_figure(diagram: Diagram, recorded: pd.DataFrame | None = None) -> Fi
         diagram: the computed diagram.
         recorded: columns voltage, min, max (rad/s) to lay over it as circles.
     """
-    figure, axes = _blank()
+    figure, axes = blank()
     for (_, kind), rows in diagram_table(diagram).groupby(["branch", "kind"], sort=False):
-        style = _STABLE if bool(rows.stable.iloc[0]) else _UNSTABLE
+        style = STABLE if bool(rows.stable.iloc[0]) else UNSTABLE
         for column in ("min", "max"):
             axes.plot(rows.parameter, rows[column], style, color=_COLOUR[str(kind)], lw=1.3)
-    _mark_points(axes, diagram.points)
+    mark_points(axes, diagram.points)
     if recorded is not None:
         for column in ("min", "max"):
             label = "recorded" if column == "min" else None
@@ -58,7 +60,8 @@ def diagram_figure(diagram: Diagram, recorded: pd.DataFrame | None = None) -> Fi
     return figure
 
 
-def _mark_points(axes: Any, points: Iterable[SpecialPoint]) -> None:
+def mark_points(axes: Any, points: Iterable[SpecialPoint]) -> None:
+    """Draw special points, one mark a kind."""
     seen: set[str] = set()
     for point in points:
         label = point.kind if point.kind not in seen else None
@@ -79,16 +82,16 @@ def save_diagram_picture(
     diagram: Diagram, path: Path, recorded: pd.DataFrame | None = None
 ) -> None:
     """Write the still picture."""
-    _save(diagram_figure(diagram, recorded), path)
+    save(diagram_figure(diagram, recorded), path)
 
 
-def _draw_cycles(axes: Any, branches: Iterable[CycleBranch], label: str, of: FloatArray) -> None:
+def draw_cycles(axes: Any, branches: Iterable[CycleBranch], label: str, of: FloatArray) -> None:
     """Extremes of limit cycles; `of` (2, n) maps the continued parameter to the axis."""
     table = pd.DataFrame(list(cycle_rows(branches)))
     if table.empty:
         return
     for _, rows in table.groupby("branch", sort=False):
-        style = _STABLE if bool(rows.stable.iloc[0]) else _UNSTABLE
+        style = STABLE if bool(rows.stable.iloc[0]) else UNSTABLE
         place = np.interp(rows.parameter, of[0], of[1])
         for column in ("min", "max"):
             axes.plot(place, rows[column], style, color=_COLOUR["cycle"], lw=1.3, label=label)
@@ -97,50 +100,21 @@ def _draw_cycles(axes: Any, branches: Iterable[CycleBranch], label: str, of: Flo
 
 def save_parameter_picture(found: ParameterDiagram, path: Path) -> None:
     """Write the diagram over a parameter of the rig."""
-    figure, axes = _blank()
+    figure, axes = blank()
     table = found.equilibria
-    for stable, style in ((True, _STABLE), (False, _UNSTABLE)):
+    for stable, style in ((True, STABLE), (False, UNSTABLE)):
         speed = table.omega.where(table.stable == stable)
         axes.plot(table.value, speed, style, color="k", lw=1.3)
     ends = np.array([table.value.min(), table.value.max()])
-    _draw_cycles(axes, found.branches, "limit cycles", np.array([ends, ends]))
-    _mark_points(axes, found.points)
+    draw_cycles(axes, found.branches, "limit cycles", np.array([ends, ends]))
+    mark_points(axes, found.points)
     axes.set_xlim(*ends)
     axes.set_xlabel(f"{found.parameter} at {found.volts:g} V")
     axes.legend(frameon=False, fontsize=9)
-    _save(figure, path)
+    save(figure, path)
 
 
-def save_controlled_picture(table: pd.DataFrame, name: str, diagram: Diagram, path: Path) -> None:
-    """Write the controlled rig's motions over those of the rig left to itself.
-
-    The open-loop cycles stand at the speed of the equilibrium that shares their voltage.
-
-    Args:
-        table: of `drill_env.benchmark.controlled_diagram`.
-        name: of the controller.
-        diagram: open-loop diagram up to the voltage limit.
-        path: picture to write.
-    """
-    figure, axes = _blank()
-    branch = diagram.equilibria
-    _draw_cycles(
-        axes, diagram.branches, "limit cycles, constant voltage",
-        np.array([branch.voltage, branch.omega]),
-    )  # fmt: skip
-    axes.plot([0.0, table.setpoint.max()], [0.0, table.setpoint.max()], ":", color="0.5")
-    for start, mark in (("rest", "o"), ("limit_cycle", "x")):
-        rows = table[table.start == start]
-        for column, label in (("min", "_nolegend_"), ("max", f"{name}, from {start}")):
-            axes.plot(rows.setpoint, rows[column], mark, ms=4.0, color="#c0392b", label=label)
-    rows = table[(table.start == "rest") & ~table.stable]
-    axes.plot(rows.setpoint, rows.setpoint, "s", mfc="none", color="k", label="set point unstable")
-    axes.set_xlabel("set point, or open-loop equilibrium [rad/s]")
-    axes.set_xlim(0.0, 1.05 * table.setpoint.max())
-    axes.legend(frameon=False, fontsize=9)
-    _save(figure, path)
-
-
-def _save(figure: Figure, path: Path) -> None:
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure, whole or not at all."""
     with replacing(path) as temporary:
         figure.savefig(temporary, dpi=150, format="png")

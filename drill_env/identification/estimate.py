@@ -1,0 +1,271 @@
+"""Identification of the rig from recordings: parameters, noise and their uncertainty."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+from scipy.stats import norm
+
+from drill_env._errors import InputError
+from drill_env._types import FloatArray
+from drill_env.identification.coordinates import Coordinates, free_names
+from drill_env.identification.descent import Point, Problem, descend, point_at, reheated, within_bounds
+from drill_env.identification.noise import NoiseModel
+from drill_env.identification.prediction_error import prepare
+from drill_env.parameters import Rig
+from drill_env.recordings import Recording
+
+FitMethod: TypeAlias = Literal["prediction_error", "multiple_shooting"]
+"""Filter with latent torques, or free runs of a window with free initial states."""
+
+NoiseSharing: TypeAlias = Literal["shared", "each"]
+"""One noise model for all recordings, or one for each."""
+
+# Wide enough that a filter with a rig 30 % off still follows the recording.
+_FIRST_NOISE = NoiseModel(torque_u=0.3, torque_l=0.02)
+_NO_TORQUE = NoiseModel(torque_u=1e-6, torque_l=1e-8)
+_SPREAD = 0.3
+_DRAWS = 20_000
+_REHEATS = 3
+
+
+@dataclass(frozen=True, slots=True)
+class FitOptions:
+    """How recordings are fitted.
+
+    Attributes:
+        method: see `FitMethod`.
+        window: s between free initial states of multiple shooting.
+        noise: see `NoiseSharing`.
+        robust: standard deviations beyond which a prediction error loses weight (Huber);
+            infinity for plain least squares.
+        doubt: standard deviation of the positive parameters' logarithms around the start: a
+            weak prior that keeps what the recordings do not tell from running away.
+        offset: standard deviation (rad) of the string's twist where both encoders read zero.
+        starts: number of starts; all but the first from parameters up to 30 % off.
+        seed: of the further starts.
+        limit: iterations of each start.
+    """
+
+    method: FitMethod = "prediction_error"
+    window: float = 5.0
+    noise: NoiseSharing = "shared"
+    robust: float = 5.0
+    doubt: float = 1.0
+    offset: float = 0.1
+    starts: int = 1
+    seed: int = 0
+    limit: int = 60
+
+    def __post_init__(self) -> None:
+        if self.starts < 1:
+            raise InputError(f"starts is {self.starts}: give 1 or more")
+        if not self.robust > 0:
+            raise InputError(f"robust is {self.robust}: give standard deviations greater than 0")
+        if not self.offset >= 0:
+            raise InputError(f"offset is {self.offset}: give radians, 0 or greater")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Estimate:
+    """A fitted rig.
+
+    Attributes:
+        rig: the estimate.
+        free: names of the estimated parameters.
+        problem: recordings, bounds and priors.
+        point: the likelihood's lowest point.
+        options: how it was fitted.
+        converged: whether the descent ended by itself.
+        iterations: of the descent.
+        start_values: minus twice the log posterior that each start reached, shape (starts,).
+    """
+
+    rig: Rig
+    free: tuple[str, ...]
+    problem: Problem
+    point: Point
+    options: FitOptions
+    converged: bool
+    iterations: int
+    start_values: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def noise(self) -> tuple[NoiseModel, ...]:
+        """The noise model of each recording."""
+        return tuple(self.point.noise[group] for group in self.problem.groups)
+
+    @property
+    def coordinate_covariance(self) -> FloatArray:
+        """Covariance in the fit's coordinates, shape (free, free)."""
+        return np.linalg.pinv(self.point.information, rcond=1e-14, hermitian=True)
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance of the parameters in the order of `free`, shape (free, free)."""
+        slopes = self.problem.coordinates.jacobian(self.point.vector)
+        return slopes @ self.coordinate_covariance @ slopes.T
+
+    @property
+    def correlation(self) -> FloatArray:
+        """Correlation of the parameters, shape (free, free)."""
+        deviations = np.sqrt(np.diag(self.covariance))
+        return self.covariance / np.outer(deviations, deviations)
+
+    @property
+    def bic(self) -> float:
+        """Bayesian information criterion of rig and noise, without its constant."""
+        torques = 6 if self.problem.torques else 2
+        size = len(self.free) + torques * len(self.point.noise)
+        return self.point.value + size * math.log(self.point.samples)
+
+    def draws(self, count: int = _DRAWS, seed: int = 0) -> FloatArray:
+        """Parameters drawn from the posterior's normal approximation in the coordinates.
+
+        Returns:
+            Shape (count, free).
+        """
+        rng = np.random.default_rng(seed)
+        # Symmetric square root: a Cholesky factor fails where a direction is not told at all.
+        values, vectors = np.linalg.eigh(self.coordinate_covariance)
+        root = vectors * np.sqrt(np.maximum(values, 0.0))
+        moves = rng.normal(size=(count, len(self.free))) @ root.T
+        return self.problem.coordinates.many_values(self.point.vector + moves)
+
+    def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
+        """Interval of each free parameter: the normal one in the coordinates, carried over.
+
+        Args:
+            level: probability that it holds the true value.
+        """
+        low, high = norm.cdf([-1, 1] * np.array(norm.ppf(0.5 + 0.5 * level)))
+        edges = np.quantile(self.draws(), [low, high], axis=0)
+        return {n: (float(a), float(b)) for n, a, b in zip(self.free, *edges, strict=True)}
+
+
+Progress: TypeAlias = Callable[[int, int, float], None]
+
+
+def identify(
+    recordings: Sequence[Recording],
+    rig: Rig,
+    *,
+    free: Sequence[str] | None = None,
+    fixed: Mapping[str, float] | None = None,
+    priors: Mapping[str, tuple[float, float]] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    options: FitOptions | None = None,
+    progress: Progress | None = None,
+) -> Estimate:
+    """Estimate the parameters of a rig from any number of recordings at once.
+
+    By default each encoder sample is predicted from all before it by a Kalman filter through
+    the set-valued rig, with an unknown coloured torque on each disc; the likelihood of the
+    prediction errors is climbed with exact sensitivities, and size and colour of the torques
+    and the encoders' noise are estimated along with the parameters. Where the recordings carry
+    no torque noise this becomes the output-error fit of the free run.
+
+    Args:
+        recordings: with u and theta_u or theta_l.
+        rig: where to start, and the friction law and number of inertias; 30 % off will do.
+        free: names of the parameters to estimate, by default all that the law has.
+        fixed: parameters given, by name; one torque (such as Ju or km) must be.
+        priors: mean and standard deviation of parameters known beforehand.
+        bounds: lowest and highest value of parameters.
+        options: how to fit.
+        progress: called with (start, iteration, minus twice the log likelihood).
+
+    Raises:
+        InputError: an argument is out of range or a channel is missing.
+    """
+    options = options or FitOptions()
+    fixed = dict(fixed or {})
+    names = free_names(free, rig, fixed)
+    base = rig.replace(**fixed)
+    window = options.window if options.method == "multiple_shooting" else math.inf
+    if not recordings:
+        raise InputError("identify needs at least one recording")
+    samples = tuple(prepare(r, base, window=window, offset=options.offset) for r in recordings)
+    problem = Problem(
+        samples=samples,
+        groups=tuple(range(len(samples))) if options.noise == "each" else (0,) * len(samples),
+        coordinates=Coordinates(base, names),
+        priors=_checked_pairs("prior", priors, names),
+        bounds=_checked_pairs("bounds", bounds, names),
+        torques=options.method == "prediction_error",
+        doubt=options.doubt,
+    )
+    rng = np.random.default_rng(options.seed)
+    best: Estimate | None = None
+    reached = []
+    for number in range(options.starts):
+        vector = problem.coordinates.vector(base if number == 0 else _elsewhere(base, names, rng))
+        report = (lambda i, v, n=number: progress(n, i, v)) if progress else None
+        found = _from_start(problem, within_bounds(problem, vector), options, report)
+        reached.append(found.point.value)
+        if best is None or found.point.value < best.point.value:
+            best = found
+    assert best is not None
+    return replace(best, start_values=np.array(reached))
+
+
+def _from_start(
+    problem: Problem,
+    vector: FloatArray,
+    options: FitOptions,
+    report: Callable[[int, float], None] | None,
+) -> Estimate:
+    first = point_at(problem, vector, _first_noise(problem))
+    here, ended, steps = descend(problem, first, limit=options.limit, report=report)
+    # Weights would hold a filter back that starts with a wrong rig: only now.
+    problem = replace(problem, robust=options.robust)
+    here = point_at(problem, here.vector, here.noise, here.starts)
+    for _ in range(_REHEATS):
+        start = reheated(problem, here) if problem.torques else here
+        there, ended, more = descend(problem, start, limit=options.limit, report=report)
+        steps += more
+        gain = here.value - there.value
+        here = there if gain > 0 else here
+        if gain < 1.0:
+            break
+    return Estimate(here.rig, problem.coordinates.free, problem, here, options, ended, steps)
+
+
+def _first_noise(problem: Problem) -> list[NoiseModel]:
+    models = []
+    for group in range(max(problem.groups) + 1):
+        quanta = [
+            s.recording.quanta for s, g in zip(problem.samples, problem.groups, strict=True)
+            if g == group
+        ]  # fmt: skip
+        model = _FIRST_NOISE if problem.torques else _NO_TORQUE
+        for name, key in (("encoder_u", "theta_u"), ("encoder_l", "theta_l")):
+            steps = [q[key] for q in quanta if key in q]
+            if steps:
+                model = replace(model, **{name: max(steps) / math.sqrt(12.0)})
+        models.append(model)
+    return models
+
+
+def _elsewhere(rig: Rig, names: Sequence[str], rng: np.random.Generator) -> Rig:
+    factors = rng.uniform(1.0 - _SPREAD, 1.0 + _SPREAD, len(names))
+    values = {n: getattr(rig, n) * f for n, f in zip(names, factors.tolist(), strict=True)}
+    return rig.replace(**values)
+
+
+def _checked_pairs(
+    what: str, pairs: Mapping[str, tuple[float, float]] | None, names: Sequence[str]
+) -> dict[str, tuple[float, float]]:
+    checked = dict(pairs or {})
+    for name, (first, second) in checked.items():
+        if name not in names:
+            raise InputError(f"{what} of {name}: it is not among the free ones, {', '.join(names)}")
+        if what == "prior" and not second > 0:
+            raise InputError(f"prior of {name}: its standard deviation is {second}, give more than 0")
+        if what == "bounds" and not first < second:
+            raise InputError(f"bounds of {name} are {first} and {second}: give the lower one first")
+    return checked
