@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -128,6 +128,24 @@ def oriented(point: Point, direction: FloatArray) -> Point:
     if point.tangent @ direction >= 0.0:
         return point
     return dataclasses.replace(point, tangent=-point.tangent)
+
+
+def at_edge(corrector: Corrector, a: Point, b: Point, edges: Iterable[float]) -> Point | None:
+    """The point between two neighbours at the first of `edges` they lie on both sides of.
+
+    None if there is no such edge or Newton's method fails.
+    """
+    for edge in edges:
+        if (a.z[-1] - edge) * (b.z[-1] - edge) >= 0.0:
+            continue
+        share = (edge - a.z[-1]) / (b.z[-1] - a.z[-1])
+        try:
+            found = corrector.at_parameter(a.z + share * (b.z - a.z), edge)
+        except CycleError:
+            return None
+        arclength = a.arclength + share * (b.arclength - a.arclength)
+        return oriented(dataclasses.replace(found, arclength=arclength), a.tangent)
+    return None
 
 
 def follow(corrector: Corrector, start: Point, rule: StepRule) -> Iterator[Point]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from drill_env.continuation.branch import Corrector, Point, StepRule, follow, oriented
+from drill_env.continuation.branch import Corrector, Point, StepRule, at_edge, follow, oriented
 from drill_env.continuation.crossings import crossings
 from drill_env.continuation.flow import CycleError
 from drill_env.continuation.loop_flow import LoopMotion, LoopRest
@@ -75,7 +75,8 @@ class EquilibriumTracer:
         try:
             for point in follow(corrector, points[0], self._rule):
                 if reason := self._ended(motion_of(point)):
-                    return points, reason
+                    last = at_edge(corrector, points[-1], point, (self._low, self._high))
+                    return points + [last] * (last is not None), reason
                 self.points += self._special(corrector, points[-1], point)
                 points.append(point)
                 if len(points) >= _MAX_POINTS:
@@ -86,7 +87,7 @@ class EquilibriumTracer:
 
     def _ended(self, motion: LoopMotion) -> str:
         if not self._low <= motion.parameter <= self._high:
-            return f"left the range at {motion.parameter:.6g}"
+            return f"left the range at {self._low if motion.parameter < self._low else self._high:.6g}"
         if abs(motion.volts[1]) > _AT_LIMIT * self._loop.config.voltage_limit:
             return f"the voltage limit is reached at {motion.parameter:.6g}"
         return "" if motion.max > 0.0 else f"the discs stop at {motion.parameter:.6g}"

@@ -14,6 +14,7 @@ _STEP = 1e-6
 # Single-precision controllers show their rounding in differences as small as _STEP.
 _COARSE_STEP = 2e-3
 _ROUNDING = 1e-10
+_TRIES = 4
 
 
 class HiddenMemoryError(InputError):
@@ -46,6 +47,17 @@ class ControlLaw:
         self._controller.reset(1)
         self._controller.act(observation[None, : self.entries])
         return cast(Remembering, self._controller).memory()[0]
+
+    def resting(self, observation: FloatArray, volts: float) -> FloatArray:
+        """Memory with which it keeps returning `volts` (V), or nearly so, shape (m,)."""
+        memory = self.fresh(observation)
+        for _ in range(_TRIES if self.size else 0):
+            outputs, slopes = self.differentiate(np.append(observation, memory))
+            miss = outputs - np.append(volts, memory)
+            matrix = slopes[:, self.entries :] - np.eye(1 + self.size)[:, 1:]
+            # The least change: several memories may give the same voltage.
+            memory = memory - np.linalg.lstsq(matrix, miss, rcond=1e-9)[0]
+        return memory
 
     def __call__(self, inputs: FloatArray) -> FloatArray:
         """Voltage (V) and new memory, shape (n, 1 + m), of inputs of shape (n, entries + m)."""

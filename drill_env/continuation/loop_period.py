@@ -88,9 +88,13 @@ class SampledLoop:
         return 1e-5 if self.law.rounded else 1e-10
 
     def steady(self, omega: float) -> FloatArray:
-        """A state that turns steadily at `omega` (rad/s) but for the memory, shape (n,)."""
-        rig, volts = equilibrium_state(self.rig, omega), equilibrium_voltage(self.rig, omega)
-        return self.settled_state(rig, omega, float(volts))
+        """A state that turns steadily at the set point `omega` (rad/s), or nearly so, (n,)."""
+        rig = equilibrium_state(self.rig, omega)
+        volts = float(equilibrium_voltage(self.rig, omega))
+        state = self.settled_state(rig, omega, volts)
+        seen = (self._reads @ np.append(state, omega))[: self.law.entries]
+        state[self._past.stop :] = self.law.resting(seen, volts)
+        return state
 
     def settled_state(self, rig: FloatArray, setpoint: float, volts: float) -> FloatArray:
         """State whose filters have seen the present velocities for long, shape (n,).

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.continuation.branch import Corrector, Point, StepRule, follow, oriented
+from drill_env.continuation.branch import Corrector, Point, StepRule, at_edge, follow, oriented
 from drill_env.continuation.crossings import crossings
 from drill_env.continuation.flow import CycleError
 from drill_env.continuation.loop_clock import OwnClock
@@ -136,6 +136,8 @@ class LoopTracer:
         while len(points) < _MAX_POINTS:
             for point in follow(corrector, here, dataclasses.replace(rule, first=step)):
                 if reason := self._ended(point):
+                    last = at_edge(corrector, here, point, (self._low, self._high))
+                    points += [] if last is None else [last]
                     return reason
                 self._note(clock, corrector, here, point)
                 points.append(point)
@@ -162,7 +164,7 @@ class LoopTracer:
     def _ended(self, point: Point) -> str:
         value, cycle = float(point.z[-1]), point.cycle
         if not self._low <= value <= self._high:
-            return f"left the range at {value:.6g}"
+            return f"left the range at {self._low if value < self._low else self._high:.6g}"
         if cycle.max - cycle.min < _VANISHED * max(abs(cycle.max), 0.1):
             return f"shrank to an equilibrium at {value:.6g}"
         return ""

@@ -171,11 +171,12 @@ def update(f, upper, measured, noise, gradient, information):
     for i in range(N_FILTER):
         f.PH[i] = a * f.P[i, 0] + f.P[i, 3]
     variance = a * f.PH[0] + f.PH[3] + noise
-    used = variance
+    used, loss = variance, gap * gap / variance
     if gap * gap > f.robust * f.robust * variance:
         # Huber's weight: the sample counts as one of larger noise.
         used = abs(gap) * variance**0.5 / f.robust
-    f.value += gap * gap / used + log(variance)
+        loss = 2.0 * gap * gap / used - f.robust * f.robust
+    f.value += loss + log(variance)
     f.count += 1
     for c in range(f.slopes):
         f.slope[c] = a * f.S[0, c] + f.S[3, c]
@@ -205,8 +206,11 @@ def run_filter(
     Args:
         f: record of `FILTER`.
         p: record of `PARAMETERS`.
-        run, work, tab: records of the integrator.
-        t, u: times (s) and held voltages (V), shape (n,).
+        run: record of the integrator.
+        work: record of the integrator.
+        tab: record of the integrator.
+        t: times in s, shape (n,).
+        u: held voltages in V, shape (n,).
         angles: theta_u and theta_l (rad), NaN where missing, shape (n, 2).
         noise: variances of the samples, rad^2, shape (n, 2).
         restarts: rows at which the filter starts anew, ascending, the first 0; shape (m,).

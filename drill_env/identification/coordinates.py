@@ -92,6 +92,13 @@ class Coordinates:
         return ((above - below) / (2.0 * np.diag(moves)[:, None])).T
 
 
+def inverse(symmetric: FloatArray) -> FloatArray:
+    """Inverse of an information or covariance matrix, 0 along what it does not tell at all."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(symmetric), 1e-300))
+    scaled = np.linalg.pinv(symmetric * np.outer(scale, scale), rcond=1e-14, hermitian=True)
+    return np.asarray(scaled * np.outer(scale, scale), dtype=np.float64)
+
+
 def free_names(free: Sequence[str] | None, rig: Rig, fixed: Mapping[str, float]) -> tuple[str, ...]:
     """Names of the parameters to estimate, in the order of `SYMBOLS`.
 
@@ -110,7 +117,7 @@ def free_names(free: Sequence[str] | None, rig: Rig, fixed: Mapping[str, float])
     wanted = known if free is None else set(free)
     idle = sorted(wanted - known)
     if idle:
-        raise InputError(f"{', '.join(idle)} has no part in this rig: leave it out of the free ones")
+        raise InputError(f"{', '.join(idle)}: no part of this rig, leave it out of the free ones")
     names = tuple(n for n in SYMBOLS if n in wanted and n not in fixed)
     if not names:
         raise InputError("no parameter is free: name fewer fixed ones")

@@ -16,6 +16,7 @@ from drill_env.identification.coordinates import POSITIVE, Coordinates
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_fit import noise_step
 from drill_env.identification.prediction_error import Samples, score
+from drill_env.identification.prior import Prior
 from drill_env.parameters import SYMBOLS, Rig
 
 _TRIES = 10
@@ -36,7 +37,7 @@ class Problem:
         samples: recordings.
         groups: for each recording the number of the noise model that it shares.
         coordinates: free parameters.
-        priors: mean and standard deviation of parameters known beforehand.
+        prior: what is known of parameters beforehand.
         bounds: lowest and highest value of parameters.
         robust: standard deviations beyond which an innovation loses weight.
         torques: whether latent torques are estimated; else their size is held.
@@ -46,7 +47,7 @@ class Problem:
     samples: tuple[Samples, ...]
     groups: tuple[int, ...]
     coordinates: Coordinates
-    priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    prior: Prior = field(default_factory=Prior)
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     robust: float = math.inf
     torques: bool = True
@@ -102,13 +103,13 @@ def point_at(
     value = sum(s.value for s in scores)
     gradient = np.sum([s.gradient[columns] for s in scores], axis=0)
     information = np.sum([s.information[np.ix_(columns, columns)] for s in scores], axis=0)
-    for i, name in enumerate(coordinates.free):
-        if name in problem.priors:
-            mean, deviation = problem.priors[name]
-            miss = (mean - getattr(rig, name)) / deviation
-            value += miss * miss
-            gradient[i] += miss / deviation
-            information[i, i] += 1.0 / deviation**2
+    precision = problem.prior.precision_of(coordinates.free)
+    miss = problem.prior.miss(rig, coordinates.free)
+    value += float(miss @ precision @ miss)
+    gradient, information = gradient + precision @ miss, information + precision
+    miss, weight = _beyond(problem, rig)
+    value += float(weight @ miss**2)
+    gradient, information = gradient + weight * miss, information + np.diag(weight)
     slopes = coordinates.jacobian(vector)
     gradient, information = slopes.T @ gradient, slopes.T @ information @ slopes
     logs = np.array([name in POSITIVE for name in coordinates.free]) / problem.doubt**2
@@ -122,26 +123,24 @@ def point_at(
     )  # fmt: skip
 
 
-def within_bounds(problem: Problem, vector: FloatArray) -> FloatArray:
-    """The coordinates with bounded parameters moved to the nearest bound."""
-    values = problem.coordinates.values(vector)
-    inside = {
-        name: min(max(values[name], low), high)
-        for name, (low, high) in problem.bounds.items()
-        if name in values
-    }
-    if all(inside[name] == values[name] for name in inside):
-        return vector
-    return problem.coordinates.vector(problem.coordinates.rig(vector).replace(**inside))
+def _beyond(problem: Problem, rig: Rig) -> tuple[FloatArray, FloatArray]:
+    """How far each free parameter must come back into its bounds, and the weight of that."""
+    miss, weight = np.zeros((2, len(problem.coordinates.free)))
+    for i, name in enumerate(problem.coordinates.free):
+        if name in problem.bounds:
+            low, high = problem.bounds[name]
+            value = getattr(rig, name)
+            miss[i] = min(max(value, low), high) - value
+            # A wall that gives way by a millionth: the steps stay those of a smooth function.
+            weight[i] = (1e6 / (high - low)) ** 2 if miss[i] else 0.0
+    return miss, weight
 
 
 def moved_starts(here: Point, step: FloatArray) -> list[FloatArray]:
     """The starts that Gauss-Newton gives to a step of the coordinates."""
     return [
         start + move - slope @ step
-        for start, move, slope in zip(
-            here.starts, here.start_steps, here.start_slopes, strict=True
-        )
+        for start, move, slope in zip(here.starts, here.start_steps, here.start_slopes, strict=True)
     ]
 
 
@@ -153,9 +152,8 @@ def rig_step(problem: Problem, here: Point, damping: float) -> tuple[Point, floa
         step = np.linalg.lstsq(here.information + damping * scale, here.gradient, rcond=1e-14)[0]
         step /= max(1.0, float((np.abs(step) / reach).max()))
         try:
-            vector = within_bounds(problem, here.vector + step)
-            starts = moved_starts(here, vector - here.vector)
-            there = point_at(problem, vector, here.noise, starts)
+            starts = moved_starts(here, step)
+            there = point_at(problem, here.vector + step, here.noise, starts)
         except (InputError, OverflowError):
             there = None
         if there is not None and there.value < here.value:
@@ -170,7 +168,11 @@ def noise_update(problem: Problem, here: Point) -> Point:
     for group, model in enumerate(here.noise):
         members = [i for i, other in enumerate(problem.groups) if other == group]
         samples, starts = [problem.samples[i] for i in members], [here.starts[i] for i in members]
-        models.append(noise_step(samples, starts, here.rig, model, torques=problem.torques))
+        models.append(
+            noise_step(
+                samples, starts, here.rig, model, torques=problem.torques, robust=problem.robust
+            )
+        )
     there = point_at(problem, here.vector, models, here.starts)
     return there if there.value < here.value else here
 

@@ -12,10 +12,17 @@ from scipy.stats import norm
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.identification.coordinates import Coordinates, free_names
-from drill_env.identification.descent import Point, Problem, descend, point_at, reheated, within_bounds
+from drill_env.identification.coordinates import Coordinates, free_names, inverse
+from drill_env.identification.descent import (
+    Point,
+    Problem,
+    descend,
+    point_at,
+    reheated,
+)
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.prediction_error import prepare
+from drill_env.identification.prior import Prior
 from drill_env.parameters import Rig
 from drill_env.recordings import Recording
 
@@ -54,7 +61,7 @@ class FitOptions:
     method: FitMethod = "prediction_error"
     window: float = 5.0
     noise: NoiseSharing = "shared"
-    robust: float = 5.0
+    robust: float = 3.5
     doubt: float = 1.0
     offset: float = 0.1
     starts: int = 1
@@ -102,7 +109,7 @@ class Estimate:
     @property
     def coordinate_covariance(self) -> FloatArray:
         """Covariance in the fit's coordinates, shape (free, free)."""
-        return np.linalg.pinv(self.point.information, rcond=1e-14, hermitian=True)
+        return inverse(self.point.information)
 
     @property
     def covariance(self) -> FloatArray:
@@ -156,7 +163,7 @@ def identify(
     *,
     free: Sequence[str] | None = None,
     fixed: Mapping[str, float] | None = None,
-    priors: Mapping[str, tuple[float, float]] | None = None,
+    prior: Prior | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
     options: FitOptions | None = None,
     progress: Progress | None = None,
@@ -174,7 +181,7 @@ def identify(
         rig: where to start, and the friction law and number of inertias; 30 % off will do.
         free: names of the parameters to estimate, by default all that the law has.
         fixed: parameters given, by name; one torque (such as Ju or km) must be.
-        priors: mean and standard deviation of parameters known beforehand.
+        prior: what is known of parameters beforehand, such as stage 1's result.
         bounds: lowest and highest value of parameters.
         options: how to fit.
         progress: called with (start, iteration, minus twice the log likelihood).
@@ -194,8 +201,8 @@ def identify(
         samples=samples,
         groups=tuple(range(len(samples))) if options.noise == "each" else (0,) * len(samples),
         coordinates=Coordinates(base, names),
-        priors=_checked_pairs("prior", priors, names),
-        bounds=_checked_pairs("bounds", bounds, names),
+        prior=_checked_prior(prior, names),
+        bounds=_checked_bounds(bounds, names),
         torques=options.method == "prediction_error",
         doubt=options.doubt,
     )
@@ -205,12 +212,16 @@ def identify(
     for number in range(options.starts):
         vector = problem.coordinates.vector(base if number == 0 else _elsewhere(base, names, rng))
         report = (lambda i, v, n=number: progress(n, i, v)) if progress else None
-        found = _from_start(problem, within_bounds(problem, vector), options, report)
+        found = _from_start(problem, vector, options, report)
         reached.append(found.point.value)
         if best is None or found.point.value < best.point.value:
             best = found
     assert best is not None
-    return replace(best, start_values=np.array(reached))
+    inside = {
+        name: min(max(getattr(best.rig, name), low), high)
+        for name, (low, high) in problem.bounds.items()
+    }
+    return replace(best, rig=best.rig.replace(**inside), start_values=np.array(reached))
 
 
 def _from_start(
@@ -257,15 +268,21 @@ def _elsewhere(rig: Rig, names: Sequence[str], rng: np.random.Generator) -> Rig:
     return rig.replace(**values)
 
 
-def _checked_pairs(
-    what: str, pairs: Mapping[str, tuple[float, float]] | None, names: Sequence[str]
-) -> dict[str, tuple[float, float]]:
-    checked = dict(pairs or {})
-    for name, (first, second) in checked.items():
+def _checked_prior(prior: Prior | None, names: Sequence[str]) -> Prior:
+    prior = prior or Prior()
+    for name in prior.names:
         if name not in names:
-            raise InputError(f"{what} of {name}: it is not among the free ones, {', '.join(names)}")
-        if what == "prior" and not second > 0:
-            raise InputError(f"prior of {name}: its standard deviation is {second}, give more than 0")
-        if what == "bounds" and not first < second:
-            raise InputError(f"bounds of {name} are {first} and {second}: give the lower one first")
+            raise InputError(f"prior of {name}: it is not among the free ones, {', '.join(names)}")
+    return prior
+
+
+def _checked_bounds(
+    bounds: Mapping[str, tuple[float, float]] | None, names: Sequence[str]
+) -> dict[str, tuple[float, float]]:
+    checked = dict(bounds or {})
+    for name, (low, high) in checked.items():
+        if name not in names:
+            raise InputError(f"bounds of {name}: it is not among the free ones, {', '.join(names)}")
+        if not low < high:
+            raise InputError(f"bounds of {name} are {low} and {high}: give the lower one first")
     return checked

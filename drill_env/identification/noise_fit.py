@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -30,6 +31,7 @@ def noise_step(
     noise: NoiseModel,
     *,
     torques: bool = True,
+    robust: float = math.inf,
 ) -> NoiseModel:
     """One step of Fisher scoring on the six logarithms of a noise model that recordings share.
 
@@ -39,12 +41,13 @@ def noise_step(
         rig: parameters, held.
         noise: present model.
         torques: whether the torques' size and correlation change, or the encoders' only.
+        robust: standard deviations at which an innovation's weight ends.
     """
     logs = noise.vector()
     free = np.arange(len(logs)) if torques else np.arange(4, len(logs))
     tried = [logs, *(logs + _STEP * unit for unit in np.eye(len(logs))[free])]
     jobs = [
-        (samples, rig, NoiseModel.from_vector(logs), start)
+        (samples, rig, NoiseModel.from_vector(logs), start, robust)
         for samples, start in zip(recordings, starts, strict=True)
         for logs in tried
     ]
@@ -53,7 +56,7 @@ def noise_step(
     gradient = (_PRECISION * (logs - _PRIOR))[free]
     information = np.diag(_PRECISION[free])
     for start in range(0, len(traces), len(tried)):
-        part = _scoring(traces[start], traces[start + 1 : start + len(tried)])
+        part = _scoring(traces[start], traces[start + 1 : start + len(tried)], robust)
         gradient, information = gradient + part[0], information + part[1]
     step = np.linalg.solve(information, -gradient)
     step *= min(1.0, _LONGEST_STEP / max(float(np.abs(step).max()), 1e-12))
@@ -61,11 +64,12 @@ def noise_step(
     return NoiseModel.from_vector(np.clip(logs, _FLOORS, _CEILINGS))
 
 
-def _scoring(base: Trace, moved: Sequence[Trace]) -> tuple[FloatArray, FloatArray]:
+def _scoring(base: Trace, moved: Sequence[Trace], robust: float) -> tuple[FloatArray, FloatArray]:
     used = base.variance > 0
-    e, v = base.innovation[used], base.variance[used]
+    v = base.variance[used]
+    e = np.clip(base.innovation[used], -robust * np.sqrt(v), robust * np.sqrt(v))
     slopes_v = np.array([np.log(m.variance[used] / v) / _STEP for m in moved])
-    slopes_e = np.array([(m.innovation[used] - e) / _STEP for m in moved])
+    slopes_e = np.array([(m.innovation - base.innovation)[used] / _STEP for m in moved])
     gradient = slopes_v @ (0.5 * (1.0 - e * e / v)) + slopes_e @ (e / v)
     information = 0.5 * slopes_v @ slopes_v.T + (slopes_e / v) @ slopes_e.T
     return gradient, information

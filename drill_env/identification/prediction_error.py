@@ -247,9 +247,15 @@ def score(
 
 
 def trace_of(
-    samples: Samples, rig: Rig, noise: NoiseModel, starts: FloatArray | None = None
+    samples: Samples,
+    rig: Rig,
+    noise: NoiseModel,
+    starts: FloatArray | None = None,
+    robust: float = math.inf,
 ) -> Trace:
     """Innovations and filtered states of one recording, from its first guess by default."""
     starts = samples.starts if starts is None else starts
-    rows = _filter(samples, rig, noise, starts, slopes=False, rows=len(samples.t)).trace
+    rows = _filter(
+        samples, rig, noise, starts, slopes=False, robust=robust, rows=len(samples.t)
+    ).trace
     return Trace(rows[:, 0:4:2], rows[:, 1:4:2], rows[:, 4:])

@@ -130,13 +130,16 @@ def _shifted(
         return None
     step = _grid_step(recording)
     reach = min(round(_LONGEST_SHIFT_S / step), len(s.u) // 4)
-    best, lag = upper, 0
+    now = fit_upper(s, margin=reach)
+    if now is None:
+        return None
+    best, lag = now, 0
     for trial in range(-reach, reach + 1):
-        fit = fit_upper(s, lag=trial)
+        fit = fit_upper(s, lag=trial, margin=reach)
         if fit is not None and fit.drive.sign > 0 and fit.damping.sign > 0:
             if fit.share > best.share:
                 best, lag = fit, trial
-    gain = (1.0 - upper.share) / max(1.0 - best.share, 1e-6)
+    gain = (1.0 - now.share) / max(1.0 - best.share, 1e-6)
     if abs(lag) * step < _SHIFT_S or gain < 4.0 or best.share < 0.6 or abs(lag) == reach:
         return None
     where = "before" if lag > 0 else "behind"

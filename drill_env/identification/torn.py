@@ -140,20 +140,22 @@ def _piece(
     return np.concatenate([rows, omega, alpha])[:, edge : rows.shape[1] - edge : stride]
 
 
-def fit_upper(s: Smoothed, upper: int = 0, lag: int = 0) -> UpperFit | None:
+def fit_upper(
+    s: Smoothed, upper: int = 0, lag: int = 0, margin: int = 0
+) -> UpperFit | None:
     """Fit the upper disc's equation; None where the disc hardly turns.
 
     Args:
         s: the channels.
         upper: row of `s.theta` taken for the upper disc.
         lag: samples of `s` by which the voltage is taken earlier.
+        margin: samples of `s` left out at both ends, so that fits at several lags compare.
     """
     u = np.roll(s.u, lag)
     omega, other = s.omega[upper], s.theta[1 - upper]
     moving = np.abs(omega) > _SLOW_UPPER
-    if lag:
-        moving[:lag] = False
-        moving[len(moving) + min(lag, 0) :] = False
+    moving[:margin] = False
+    moving[len(moving) - margin :] = False
     if moving.sum() < _FEWEST:
         return None
     own = s.theta[upper]

@@ -25,7 +25,7 @@ plot.on('plotly_click', event => {
   if (key === undefined || key < 0) return;
   const c = cycles[key];
   const options = {responsive: true, displayModeBar: false};
-  const title = `cycle at ${c.parameter.toFixed(4)} V, period ${c.period.toFixed(5)} s`;
+  const title = c.title;
   Plotly.newPlot('trace', [
     {x: c.t, y: c.omega_l, name: 'lower disc'}, {x: c.t, y: c.omega_u, name: 'upper disc'}],
     {title: {text: title}, xaxis: {title: {text: 'time [s]'}}, margin: {t: 40},
@@ -39,13 +39,13 @@ plot.on('plotly_click', event => {
 _PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<title>Bifurcation diagram</title>
+<title>HEADING</title>
 <style>body{font-family:system-ui,sans-serif;margin:1rem;max-width:1200px}
 .pair{display:grid;grid-template-columns:repeat(auto-fit,minmax(320px,1fr));gap:1rem}
 .pair div{min-height:340px}table{border-collapse:collapse;font-size:.9rem}
 td,th{padding:.2rem .6rem;border-bottom:1px solid #ddd;text-align:right}
 .wide{overflow-x:auto}</style></head>
-<body><h1>Bifurcation diagram</h1>
+<body><h1>HEADING</h1>
 <p>Solid: stable. Dashed: unstable. Click a limit cycle to see it.</p>
 PLOT<div class="pair"><div id="trace"></div><div id="phase"></div></div>
 <h2>Special points</h2><div class="wide">TABLE</div></body></html>
@@ -56,11 +56,26 @@ def save_diagram_page(diagram: Diagram, path: Path) -> None:
     """Write the interactive page, one file that needs no network."""
     picked, keys = _picked(diagram)
     figure = _figure(diagram, keys)
-    script = _SCRIPT % json.dumps([_cycle_trace(diagram, point) for point in picked])
+    traces = [_cycle_trace(diagram, point) for point in picked]
+    write_text(path, page(figure, traces, _point_table(diagram), "Bifurcation diagram"))
+
+
+def page(figure: go.Figure, traces: list[dict[str, Any]], table: str, heading: str) -> str:
+    """The whole page.
+
+    Args:
+        figure: its markers' first custom number points into `traces`, or is negative.
+        traces: title, t, omega_l, omega_u and twist of a cycle.
+        table: special points, as HTML.
+        heading: of the page.
+    """
     plot = figure.to_html(
-        full_html=False, include_plotlyjs=True, post_script=script, config={"responsive": True}
+        full_html=False, include_plotlyjs=True, post_script=_SCRIPT % json.dumps(traces),
+        config={"responsive": True},
+    )  # fmt: skip
+    return (
+        _PAGE.replace("HEADING", heading).replace("TABLE", table).replace("PLOT", plot)
     )
-    write_text(path, _PAGE.replace("TABLE", _point_table(diagram)).replace("PLOT", plot))
 
 
 def _picked(diagram: Diagram) -> tuple[list[Point], dict[float, int]]:
@@ -79,7 +94,8 @@ def _cycle_trace(diagram: Diagram, point: Point) -> dict[str, Any]:
         t_eval=np.linspace(0.0, cycle.period, _SAMPLES), rtol=1e-8,
     )  # fmt: skip
     columns = {"t": run.t, "omega_l": run.omega_l, "omega_u": run.omega_u, "twist": run.twist}
-    return {"parameter": cycle.parameter, "period": cycle.period} | {
+    title = f"cycle at {cycle.parameter:.4f} V, period {cycle.period:.5f} s"
+    return {"title": title, "period": cycle.period} | {
         name: [round(float(v), 5) for v in values] for name, values in columns.items()
     }
 
