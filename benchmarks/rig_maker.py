@@ -8,11 +8,13 @@ every substep, finer than any recording samples it.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 Array = NDArray[np.float64]
 
@@ -129,12 +131,10 @@ class MadeRecording:
 
 def coloured(rng: np.random.Generator, n: int, dt: float, sigma: float, tau: float) -> Array:
     """An Ornstein-Uhlenbeck series of standard deviation `sigma` and correlation time `tau`."""
-    from scipy.signal import lfilter
-
     decay = math.exp(-dt / tau)
     draws = rng.normal(0.0, 1.0, n) * sigma * math.sqrt(1.0 - decay * decay)
     draws[:1] = rng.normal(0.0, sigma, min(n, 1)) if sigma > 0 else 0.0
-    return lfilter([1.0], [1.0, -decay], draws)
+    return np.asarray(lfilter([1.0], [1.0, -decay], draws), dtype=np.float64)
 
 
 def make(
@@ -163,6 +163,44 @@ def make(
     step = 2.0 * math.pi / counts
     theta = np.round(out[:, [0, 2]] / step) * step
     return MadeRecording(np.arange(len(u)) * dt, u, theta[:, 0], theta[:, 1], out)
+
+
+def make_closed_loop(
+    values: dict[str, float],
+    law: Callable[[int, float, float], float],
+    samples: int,
+    rate: float = 200.0,
+    *,
+    seed: int = 0,
+    torque_u: float = 0.0,
+    torque_l: float = 0.0,
+    tau: float = 0.1,
+    counts: int = 8192,
+    substeps: int = 10,
+) -> MadeRecording:
+    """As `make`, with the voltage of sample k from `law(k, theta_u, theta_l)`, angles as read."""
+    rng = np.random.default_rng(seed)
+    dt, step = 1.0 / rate, 2.0 * math.pi / counts
+    q = np.array([values[name] for name in ORDER])
+    noise_u = coloured(rng, samples * substeps, dt / substeps, torque_u, tau)
+    noise_l = coloured(rng, samples * substeps, dt / substeps, torque_l, tau)
+    truth, u = np.zeros((samples, 4)), np.zeros(samples)
+    x, after = np.zeros(4), np.zeros((2, 4))
+    for k in range(samples):
+        truth[k] = x
+        theta = np.round(x[[0, 2]] / step) * step
+        u[k] = law(k, float(theta[0]), float(theta[1]))
+        part = slice(k * substeps, (k + 1) * substeps)
+        noises = _padded(noise_u[part], substeps), _padded(noise_l[part], substeps)
+        _run(q, x, np.array([u[k], 0.0]), dt, substeps, *noises, after)
+        x = after[1].copy()
+    theta = np.round(truth[:, [0, 2]] / step) * step
+    return MadeRecording(np.arange(samples) * dt, u, theta[:, 0], theta[:, 1], truth)
+
+
+def _padded(noise: Array, substeps: int) -> Array:
+    """Noise for two samples, the second of which is run for nothing."""
+    return np.pad(noise, (0, substeps))
 
 
 def quasi_random(rng: np.random.Generator, seconds: float, rate: float, top: float) -> Array:

@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 
-from benchmarks.rig_maker import make, quasi_random
+from benchmarks.rig_maker import make, make_closed_loop, quasi_random
 from drill_env import InputError
 from drill_env.friction import lower_curve
 from drill_env.identification.coordinates import Coordinates
@@ -33,7 +34,7 @@ QUIET = NoiseModel(torque_u=1e-6, torque_l=1e-8)
 FREE = tuple(name for name in SYMBOLS if name != "Ju")
 
 
-def record(rig: Rig, seed: int, seconds: float = 40.0, **noise: float) -> Recording:
+def record(rig: Rig, seed: int, seconds: float = 40.0, **noise: Any) -> Recording:
     """A quasi-random run of the other simulator, read by its encoders."""
     volts = quasi_random(np.random.default_rng(seed), seconds, 200.0, 5.0)
     made = make({name: getattr(rig, name) for name in SYMBOLS}, volts, seed=seed, **noise)
@@ -136,7 +137,7 @@ def test_multiple_shooting_finds_the_same_rig_without_torque_noise() -> None:
 def test_a_few_wild_samples_do_not_pull_the_fit() -> None:
     truth, _ = fitted()
     recording = record(truth, 1, **TORQUES)
-    theta = recording.theta_l.copy()
+    theta = recording.channel("theta_l").copy()
     wild = np.random.default_rng(0).choice(len(theta), 40, replace=False)
     theta[wild] += 0.05
     spoilt = replace(recording, theta_l=theta)
@@ -146,6 +147,29 @@ def test_a_few_wild_samples_do_not_pull_the_fit() -> None:
     errors = [curve_error(e.rig, truth, 8.0) for e in (robust, plain)]
     assert errors[0] < 0.5 * errors[1]
     assert errors[0] < 0.03
+
+
+def test_feedback_does_not_bias_the_fit() -> None:
+    """Speed control makes the voltage depend on the torque noise, which biases free runs."""
+    truth = Rig()
+    wish = np.repeat(np.random.default_rng(2).uniform(1.0, 6.0, 16), 500)
+    last = [0.0]
+
+    def speed_control(k: int, theta_u: float, theta_l: float) -> float:
+        speed, last[0] = (theta_u - last[0]) * 200.0, theta_u
+        return float(np.clip(0.7 * wish[k] + 0.4 * (wish[k] - speed), -5.0, 5.0))
+
+    values = {name: getattr(truth, name) for name in SYMBOLS}
+    made = make_closed_loop(values, speed_control, len(wish), seed=3, torque_u=0.1, torque_l=2e-4)
+    quanta = {"theta_u": STEP, "theta_l": STEP}
+    recording = Recording(made.t, made.u, made.theta_u, made.theta_l, quanta=quanta)
+    upper = tuple(name for name in UPPER if name != "Ju")
+    fits = [
+        identify([recording], truth, free=upper, fixed={"Ju": truth.Ju}, options=options)
+        for options in (FitOptions(), FitOptions(method="multiple_shooting"))
+    ]
+    assert np.abs(deviations(fits[0], truth)).max() < 4.0
+    assert np.abs(deviations(fits[1], truth)).max() > 8.0
 
 
 def test_gaps_restart_the_filter() -> None:
@@ -241,7 +265,7 @@ def test_the_scale_of_torque_must_be_given_and_is_then_free_of_the_data() -> Non
         ({"fixed": dict.fromkeys(SYMBOLS, 0.1)}, "no parameter is free"),
     ],
 )
-def test_wrong_arguments_are_named(arguments: dict, text: str) -> None:
+def test_wrong_arguments_are_named(arguments: dict[str, Any], text: str) -> None:
     runs = [s.recording for s in fitted()[1].problem.samples]
     with pytest.raises(InputError, match=text):
         identify(runs, Rig(), **arguments)

@@ -11,7 +11,7 @@ import pytest
 from scipy.signal import butter
 
 from drill_env import InputError, Rig, baselines
-from drill_env.continuation import CycleError, Point, StepRule
+from drill_env.continuation import CycleError, Point, StepRule, bifurcation_diagram
 from drill_env.continuation.loop_clock import OwnClock
 from drill_env.continuation.loop_diagram import LoopDiagram, loop_diagram
 from drill_env.continuation.loop_equilibria import equilibrium_at, motion_of
@@ -88,18 +88,17 @@ def speed_signal(omega: float, filtered: bool) -> control.StateSpace:
     if not filtered:
         plant = control.ss(matrix, drive, [[0.0, 1.0, 0.0]], 0.0)
         return control.c2d(plant, PERIOD, "zoh")
-    step, b_a = 1.0 / CONFIG.encoder.rate_hz, butter(2, 5.0, fs=100.0)
+    step, low_pass = 1.0 / CONFIG.encoder.rate_hz, butter(2, 5.0, fs=100.0)
     # With the angle of the upper disc as a fourth state.
     wide = np.block([[matrix, np.zeros((3, 1))], [np.array([[0.0, 1.0, 0.0, 0.0]])]])
     plant = control.ss(wide, np.vstack([drive, [[0.0]]]), [[0.0, 0.0, 0.0, 1.0]], 0.0)
     difference = control.tf([1.0 / step, -1.0 / step], [1.0, 0.0], step)
-    chain = control.tf2ss(control.tf(*b_a, step)) * control.tf2ss(difference)
+    chain = control.tf2ss(control.tf(*low_pass, step)) * control.tf2ss(difference)
     fast = chain * control.c2d(plant, step, "zoh")
     count = CONFIG.samples
     powers = [np.linalg.matrix_power(fast.A, k) for k in range(count + 1)]
-    # The measured speed is the filter's output at the last sample, so it leads by one step.
-    first = fast.C @ np.linalg.pinv(fast.A) if False else fast.C
-    return control.ss(powers[count], sum(powers[:count]) @ fast.B, first, fast.D, PERIOD)
+    held = np.sum([power @ fast.B for power in powers[:count]], axis=0)
+    return control.ss(powers[count], held, fast.C, fast.D, PERIOD)
 
 
 @pytest.mark.parametrize("filtered", [False, True])
@@ -118,7 +117,9 @@ def test_eigenvalues_against_python_control(omega, filtered):
     assert point.z[2] == pytest.approx(omega, abs=1e-9)
 
 
-def environment_run(controller, setpoint: float, start: np.ndarray, steps: int) -> np.ndarray:
+def environment_run(
+    controller, setpoint: float, start: np.ndarray, steps: int, memory: np.ndarray | None = None
+) -> np.ndarray:
     """omega_l (rad/s) at the ends of the control periods, in the environment itself."""
     exact = dataclasses.replace(CONFIG.encoder, counts_per_rev=0)
     config = dataclasses.replace(
@@ -129,6 +130,8 @@ def environment_run(controller, setpoint: float, start: np.ndarray, steps: int) 
     options = {"setpoint": setpoint, "start": "state", "state": start}
     observation, _ = env.reset_each(0, [options])
     controller.reset(1)
+    if memory is not None:
+        controller.recall(memory[None])
     speeds = np.zeros(steps)
     for k in range(steps):
         volts = controller.act(observation.astype(np.float64))
@@ -170,63 +173,61 @@ def test_derivatives_of_a_control_period_against_differences(maker):
         assert jacobian[:, k] == pytest.approx((ends[0] - ends[1]) / 2e-6, abs=2e-7)
 
 
-@functools.cache
-def constant_voltage(low: float, high: float) -> LoopDiagram:
-    return loop_diagram(baselines.OpenLoop(CONFIG), CONFIG, low, high, rule=COARSE)
-
-
 def test_without_feedback_it_is_the_open_loop_diagram():
     """A constant voltage does not see the clock: the issue's points to all their digits."""
     truth = [
         ("neimark-sacker", 0.565729), ("grazing", 1.8136730), ("reversal", 1.8807277),
         ("last stick", 2.1081950),
     ]  # fmt: skip
-    points = loop_point_documents(constant_voltage(0.5, 4.0).points)
+    found = loop_diagram(baselines.OpenLoop(CONFIG), CONFIG, 0.5, 4.0, starts=1, rule=COARSE)
+    points = loop_point_documents(found.points)
     assert [p["kind"] for p in points] == [kind for kind, _ in truth]
     assert [p["volts"] for p in points] == pytest.approx([v for _, v in truth], abs=4e-7)
     assert points[0]["setpoint"] == pytest.approx(0.815194, abs=5e-7)
     assert points[0]["frequency_rad_s"] == pytest.approx(1.55297, abs=5e-6)
     assert "supercritical" in points[0]["remark"]
+    assert len(found.branches) == 1 and found.failures == ()
 
 
-def test_the_fold_and_the_unstable_cycles_of_the_open_loop():
-    found = constant_voltage(23.5, 26.0)
-    points = {p["kind"]: p for p in loop_point_documents(found.points)}
-    assert points["neimark-sacker"]["volts"] == pytest.approx(13.183694, abs=5e-7)
-    assert "subcritical" in points["neimark-sacker"]["remark"]
-    fold = points["fold"]
-    assert fold["volts"] == pytest.approx(14.1692825, abs=1e-6)
+def test_the_fold_of_the_open_loop_from_a_settled_motion():
+    """No cycle is born in this range: the branch is met by simulation and passes the fold."""
+    law = baselines.OpenLoop(CONFIG)
+    found = loop_diagram(law, CONFIG, 24.8, 25.8, starts=1, rule=COARSE)
+    (fold,) = loop_point_documents(found.points)
+    assert fold["kind"] == "fold" and fold["volts"] == pytest.approx(14.1692825, abs=1e-6)
     assert (fold["min"], fold["max"]) == pytest.approx((0.73895, 50.35439), abs=5e-6)
     assert fold["period_s"] == pytest.approx(4.0483632, abs=5e-8)
     assert fold["multipliers"][0][0] == pytest.approx(1.0, abs=1e-4)
     assert found.failures == ()
+    cycles = [p.cycle for b in found.branches for p in b.points]
+    # Along the flow nothing grows: where it is 1 the clock has locked no cycle.
+    assert max(abs(c.trivial - 1.0) for c in cycles) < 1e-7
+    unstable = [c for c in cycles if not c.stable]
+    assert unstable and all(abs(c.multipliers[0]) > 1.0 for c in unstable)
+
+
+@functools.cache
+def stiff_pi() -> LoopDiagram:
+    return loop_diagram(baselines.SpeedPI(CONFIG), CONFIG, 0.6, 4.2, starts=0, rule=COARSE)
 
 
 def test_the_stability_limit_of_pi_against_simulation():
     """Just below it a small swing decays, just above it grows, at the computed rates."""
-    pi = baselines.SpeedPI
-    found = loop_diagram(pi(CONFIG), CONFIG, 0.6, 1.0, rule=COARSE)
-    (limit,) = [p for p in found.points if p.kind == "neimark-sacker"]
-    assert limit.parameter == pytest.approx(0.79313, abs=5e-6) and limit.error < 1e-8
+    found = stiff_pi()
+    limit = found.points[0]
+    assert limit.kind == "neimark-sacker" and limit.error < 1e-8
     for side in (-0.05, 0.05):
         setpoint = limit.parameter + side
-        _, point = equilibrium_at(found.loop, setpoint)
-        start = np.append(point.z[:3], 0.0)
+        _, rest = equilibrium_at(found.loop, setpoint)
+        start = np.append(rest.z[:3], 0.0)
         start[2] += 1e-3
-        speeds = environment_run(pi(CONFIG), setpoint, start, 1640)[820:]
-        # Two natural periods of the swing of 82 control periods each.
+        memory = rest.z[-3:-2]
+        speeds = environment_run(baselines.SpeedPI(CONFIG), setpoint, start, 1640, memory)[410:]
+        # A natural period of the swing takes 82 control periods.
         swings = np.ptp(speeds.reshape(-1, 82), axis=1)
         rate = np.polyfit(np.arange(len(swings)) * 82 * PERIOD, np.log(swings), 1)[0]
         assert np.sign(rate) == np.sign(side)
-        assert rate == pytest.approx(motion_of(point).growth_rate, rel=0.1)
-
-
-@functools.cache
-def soft_pi() -> LoopDiagram:
-    """A soft PI, whose upper stability limit is subcritical below the voltage limit."""
-    return loop_diagram(
-        baselines.SpeedPI(CONFIG, pole=1.0), CONFIG, 23.0, 25.2, rule=COARSE
-    )  # fmt: skip
+        assert rate == pytest.approx(motion_of(rest).growth_rate, rel=0.02)
 
 
 def near_cycle(found: LoopDiagram, setpoint: float, stable: bool) -> tuple[OwnClock, Point]:
@@ -234,61 +235,111 @@ def near_cycle(found: LoopDiagram, setpoint: float, stable: bool) -> tuple[OwnCl
     points = [p for b in found.branches for p in b.points if p.cycle.stable == stable]
     near = min(points, key=lambda p: abs(p.z[-1] - setpoint))
     clock = OwnClock(found.loop, 1.0 + np.abs(near.z))
-    beats = motion_of(near).beats
-    return clock, clock.corrector(beats).at_parameter(near.z, setpoint)
+    return clock, clock.corrector(motion_of(near).beats).at_parameter(near.z, setpoint)
 
 
-def test_unstable_cycles_of_soft_pi_separate_the_basins():
-    """Bisection between equilibrium and stable cycle meets the unstable cycle."""
-    found, setpoint = soft_pi(), 24.2
+def test_unstable_cycles_of_a_soft_pi_separate_the_basins():
+    """Simulations from shares of the way out to the unstable cycle fall back or grow."""
+    law, setpoint = baselines.SpeedPI(CONFIG, pole=1.0), 24.5
+    found = loop_diagram(law, CONFIG, 23.3, 24.6, starts=0, rule=COARSE)
+    assert "subcritical" in found.points[0].remark
     _, rest = equilibrium_at(found.loop, setpoint)
-    clock, cycle = near_cycle(found, setpoint, stable=False)
-    assert rest.cycle.stable and abs(cycle.cycle.multipliers[0]) > 1.01
+    _, cycle = near_cycle(found, setpoint, stable=False)
+    assert rest.cycle.stable and abs(cycle.cycle.multipliers[0]) > 1.02
+    swing = cycle.cycle.max - setpoint
 
-    def fate(share: float) -> bool:
-        """Whether the loop ends on the large cycle."""
+    def grows(share: float) -> bool:
         state, modes = rest.z[:-2] + share * (cycle.z[:-2] - rest.z[:-2]), None
-        high = 0.0
-        for k in range(3000):
-            step = found.loop.advance(state, PERIOD, setpoint, modes, sensitivity=False)
-            state, modes = step.state, step.run.final_modes
-            high = max(high, abs(state[2] - setpoint)) if k % 82 else 0.0
-            swing = cycle.cycle.max - setpoint
-            if k % 82 == 81 and not 0.7 < high / swing < 1.2:
+        for _ in range(60):
+            peak = 0.0
+            for _ in range(82):
+                step = found.loop.advance(state, PERIOD, setpoint, modes, sensitivity=False)
+                state, modes = step.state, step.run.final_modes
+                peak = max(peak, (state[2] - setpoint) / swing)
+            if not 0.7 < peak < 1.3:
                 break
-        return high > swing
+        return peak > 1.0
 
-    low, up = 0.8, 1.2
-    assert not fate(low) and fate(up)
-    for _ in range(8):
-        middle = 0.5 * (low + up)
-        low, up = (low, middle) if fate(middle) else (middle, up)
-    assert 0.5 * (low + up) == pytest.approx(1.0, abs=5e-3)
+    low, high = 0.8, 1.2
+    assert not grows(low) and grows(high)
+    for _ in range(6):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if grows(middle) else (middle, high)
+    assert 0.5 * (low + high) == pytest.approx(1.0, abs=8e-3)
 
 
-@pytest.mark.parametrize("setpoint", [1.5, 4.0, 8.0])
+@pytest.mark.parametrize("setpoint", [1.5, 4.0])
 def test_stable_cycles_of_pi_against_the_attractor(setpoint):
-    """The loop settles on a torus around the cycle of its own clock."""
-    found = loop_diagram(baselines.SpeedPI(CONFIG), CONFIG, 0.6, 8.5, rule=COARSE) if False else pi()
+    """With the clock it has, which no period fits, the loop settles on the same cycle."""
+    found = stiff_pi()
     clock, point = near_cycle(found, setpoint, stable=True)
     cycle = motion_of(clock.own(point))
+    # The cycle of the stretched clock is known to be elsewhere.
+    assert abs(cycle.max - point.cycle.max) > 1e-4
     state, modes, times, peaks, lows = point.z[:-2], None, [], [], []
-    for k in range(82 * 60):
+    for k in range(82 * 30):
         step = found.loop.advance(state, PERIOD, setpoint, modes, sensitivity=False)
         state, modes = step.state, step.run.final_modes
-        if k > 82 * 15:
-            turns = step.run.events.where(Disc.LOWER, Kind.MAXIMUM)
-            high = turns.state[:, 2] > 0.8 * cycle.max
+        turns = step.run.events.where(Disc.LOWER)
+        if k > 82 * 10:
+            high = (turns.kind == Kind.MAXIMUM) & (turns.state[:, 2] > 0.8 * cycle.max)
             times += (k * PERIOD + turns.t[high]).tolist()
             peaks += turns.state[high, 2].tolist()
-            lows += step.run.events.where(Disc.LOWER, Kind.MINIMUM).state[:, 2].tolist()
+            lows += turns.state[turns.kind == Kind.MINIMUM, 2].tolist()
     period = (times[-1] - times[0]) / (len(times) - 1)
-    print(setpoint, np.mean(peaks)-cycle.max, np.ptp(peaks), min(lows)-cycle.min, period-cycle.period)
-    assert period == pytest.approx(cycle.period, abs=2e-4)
-    assert np.mean(peaks) == pytest.approx(cycle.max, rel=1e-4)
-    assert min(lows) == pytest.approx(cycle.min, abs=2e-3)
+    assert period == pytest.approx(cycle.period, abs=3e-6)
+    assert np.array(peaks) == pytest.approx(cycle.max, abs=5e-5)
+    assert min(lows) == pytest.approx(cycle.min, abs=5e-5)
 
 
-@functools.cache
-def pi() -> LoopDiagram:
-    return loop_diagram(baselines.SpeedPI(CONFIG), CONFIG, 0.6, 8.5, rule=COARSE)
+def test_special_points_of_the_loop_do_not_depend_on_the_number_of_beats():
+    """Steps of another length locate them on other clocks; the errors cover the difference."""
+    other = loop_diagram(
+        baselines.SpeedPI(CONFIG), CONFIG, 2.4, 3.5, starts=1, rule=StepRule(largest=0.15)
+    )
+    ours = [p for p in stiff_pi().points if p.parameter > 2.5]
+    assert [p.kind for p in ours] == [p.kind for p in other.points]
+    for a, b in zip(ours, other.points, strict=True):
+        assert abs(a.parameter - b.parameter) <= a.error + b.error
+
+
+def test_a_controller_with_past_frames_and_one_in_single_precision():
+    double = loop_diagram(Lead(CONFIG), CONFIG, 0.5, 2.0, starts=0, rule=COARSE)
+    (limit, *_) = [p for p in double.points if p.kind == "neimark-sacker"]
+    single = loop_diagram(SinglePrecision(CONFIG), CONFIG, 0.5, 2.0, starts=0, rule=COARSE)
+    (same, *_) = [p for p in single.points if p.kind == "neimark-sacker"]
+    assert single.loop.law.rounded and not double.loop.law.rounded
+    assert same.parameter == pytest.approx(limit.parameter, abs=1e-3)
+    # A proportional law leaves an error that an integral would remove.
+    motions = [motion_of(p) for p in double.equilibria.points]
+    assert any(abs(m.max - m.parameter) > 1e-3 for m in motions)
+
+
+def test_tables_lay_both_diagrams_side_by_side():
+    found = stiff_pi()
+    table = loop_table(found, "pi")
+    assert table.branch.drop_duplicates().tolist() == ["e1", "e2", "p1"]
+    assert table.groupby("branch").stable.first().tolist() == [True, False, True]
+    assert table.setpoint.min() == 0.6 and table.setpoint.max() == pytest.approx(4.2, abs=1e-9)
+    assert ((table.growth_rate < 0.0) == table.stable).all()
+    both = both_tables(found, "pi", bifurcation_diagram(RIG, 5.0))
+    free = both[both.controller == "none"]
+    assert set(table.columns) == set(both.columns) and len(free) > 100
+    assert ((free.growth_rate < 0.0) == free.stable).all()
+    # Below the Hopf point at 0.815 rad/s the free rig is stable, above it is not.
+    rest = free[free.kind == "equilibrium"]
+    assert (rest.stable == (rest.setpoint < 0.815194)).all()
+
+
+def test_what_cannot_be_continued_is_refused():
+    with pytest.raises(HiddenMemoryError, match="recall"):
+        loop_diagram(Secretive(), CONFIG, 0.5, 1.0)
+    with pytest.raises(InputError, match="smaller one first"):
+        loop_diagram(baselines.SpeedPI(CONFIG), CONFIG, 2.0, 1.0)
+    late = dataclasses.replace(CONFIG, encoder=dataclasses.replace(CONFIG.encoder, delay_s=0.1))
+    with pytest.raises(InputError, match="delay_s"):
+        loop_diagram(baselines.SpeedPI(late), late, 0.5, 1.0)
+    # No voltage below the limit holds this speed.
+    weak = EnvConfig(voltage_limit=2.0)
+    with pytest.raises(CycleError):
+        equilibrium_at(SampledLoop(baselines.SpeedPI(weak), weak), 20.0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
@@ -129,7 +128,9 @@ def _knowledge(
         given = {"RIG": path, "--recordings": recordings, "--fix": fix}
         clash = [name for name, value in given.items() if value]
         if clash:
-            raise InputError(f"--estimate already holds what {clash[0]} would say: give one of them")
+            raise InputError(
+                f"--estimate already holds what {clash[0]} would say: give one of them"
+            )
         from drill_env.identification.estimate_file import load_knowledge
 
         return load_knowledge(estimate)
@@ -144,9 +145,7 @@ def _knowledge(
     return weak_knowledge(rig, fixed=fixed)
 
 
-def _fitted(
-    rig: Rig, paths: list[Path], mapping: list[str] | None, fixed: list[str]
-) -> Knowledge:
+def _fitted(rig: Rig, paths: list[Path], mapping: list[str] | None, fixed: list[str]) -> Knowledge:
     from drill_env.identification.estimate import identify
     from drill_env.identification.knowledge import knowledge_of
     from drill_env.recordings import parse_map, read_recording
@@ -179,12 +178,12 @@ def _show(plan: Plan) -> None:
         typer.echo(line)
     table = Table(title="Intervals (95 %), now and with the proposed signal", title_justify="left")
     table.add_column("parameter")
-    for name in ("value", "now +-", "expected +-", "shrinks by"):
+    for name in ("value", "now +-", "expected +-", "narrower by"):
         table.add_column(name, justify="right")
     for name, entry in found["parameters"].items():
         table.add_row(
             name, f"{entry['value']:.5g}", f"{entry['half_width']:.2g}",
-            f"{entry['expected_half_width']:.2g}", f"{100 * entry['expected_shrink']:.0f} %",
+            f"{entry['expected_half_width']:.2g}", f"{entry['half_width'] / entry['expected_half_width']:.3g}x",
         )  # fmt: skip
     show(table)
     show(_ranking(plan))
@@ -197,11 +196,10 @@ def _ranking(plan: Plan) -> Table:
     one = plan.criterion if plan.criterion in plan.knowledge.free else None
     table = Table(title=f"Best of {len(plan.proposals)} signals", title_justify="left")
     table.add_column("signal")
-    table.add_column("intervals shrink by (mean)", justify="right")
+    table.add_column("intervals narrower by (mean)", justify="right")
     if one:
         table.add_column(f"that of {one}", justify="right")
     for proposal in plan.proposals[:_SHOWN]:
-        own = [f"{100 * plan.shrink(proposal)[one]:.0f} %"] if one else []
-        text = dataclasses.replace(proposal.signal).text
-        table.add_row(text, f"{100 * plan.mean_shrink(proposal):.0f} %", *own)
+        own = [f"{1.0 / (1.0 - plan.shrink(proposal)[one]):.3g}x"] if one else []
+        table.add_row(proposal.signal.text, f"{1.0 / (1.0 - plan.mean_shrink(proposal)):.3g}x", *own)
     return table

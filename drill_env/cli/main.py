@@ -14,6 +14,7 @@ from drill_env.cli._common import tell_of_first_call
 from drill_env.cli.bifurcation_command import bifurcation_command
 from drill_env.cli.compare_command import compare_command
 from drill_env.cli.demo_command import demo_command
+from drill_env.cli.design_command import design_command
 from drill_env.cli.rig_commands import rig_app
 from drill_env.cli.simulate_command import simulate_command
 
@@ -33,6 +34,7 @@ app.command("bifurcation")(bifurcation_command)
 app.command("simulate")(simulate_command)
 recording_commands.register(app)
 app.command("compare")(compare_command)
+app.command("design-experiment")(design_command)
 
 
 def _print_version(wanted: bool) -> None:

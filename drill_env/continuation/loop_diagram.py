@@ -48,6 +48,7 @@ def loop_diagram(
     high: float,
     *,
     filtered: bool = True,
+    starts: int = 5,
     rule: StepRule | None = None,
     progress: Progress | None = None,
 ) -> LoopDiagram:
@@ -59,6 +60,7 @@ def loop_diagram(
         low: smallest set point, rad/s.
         high: largest set point, rad/s.
         filtered: velocities come from the configured filter; else they are exact.
+        starts: set points at which the loop settles, in search of further cycles.
         rule: step lengths along the branches.
         progress: called with the number of cycles so far.
 
@@ -73,7 +75,7 @@ def loop_diagram(
     cycles = LoopTracer(loop, low, high, rule, progress)
     births = [point for point in rests.points if point.kind == "neimark-sacker"]
     cycles.from_births(births)
-    cycles.from_simulation()
+    cycles.from_simulation(starts)
     points = [_with_criticality(point, cycles.branches) for point in rests.points]
     points = sorted([*points, *cycles.points], key=lambda point: point.parameter)
     return LoopDiagram(

@@ -35,7 +35,7 @@ class ControlLaw:
     def __init__(self, controller: Controller, entries: int) -> None:
         self._controller, self.entries = controller, entries
         self._keeps = isinstance(controller, Remembering)
-        self.size = len(self.fresh(np.ones(entries)))
+        self.size = len(self.fresh(_some(entries)))
         self.rounded = self._rounds()
         if not self._keeps:
             self._check_forgets()
@@ -81,15 +81,16 @@ class ControlLaw:
 
     def _rounds(self) -> bool:
         """Whether it computes in single precision: neighbours then do not lie on a line."""
-        middle = np.append(np.full(self.entries, 0.7), self.fresh(np.full(self.entries, 0.7)))
-        moves = _STEP * np.arange(8.0)[:, None] * np.ones(len(middle))
+        seen = _some(self.entries)
+        middle = np.append(seen, self.fresh(seen))
+        moves = _STEP * np.arange(8.0)[:, None] * _some(len(middle))
         volts = self(middle + moves)[:, 0]
         return bool(np.abs(np.diff(volts, 2)).max() > _ROUNDING)
 
     def _check_forgets(self) -> None:
         """A controller with a hidden memory would be taken for another one."""
         self._controller.reset(1)
-        here, there = np.full((1, self.entries), 0.7), np.full((1, self.entries), 0.5)
+        here, there = _some(self.entries)[None], 1.5 * _some(self.entries)[None]
         first = self._controller.act(here)
         for _ in range(3):
             self._controller.act(there)
@@ -98,3 +99,8 @@ class ControlLaw:
                 "the controller keeps a memory that cannot be read: give it the methods memory() "
                 "and recall() of drill_env.controllers.Remembering to have its loop continued"
             )
+
+
+def _some(count: int) -> FloatArray:
+    """Numbers of order 1, all different."""
+    return 0.7 + 0.2 * np.cos(np.arange(count))

@@ -11,10 +11,14 @@ from drill_env.continuation.tracer import settled_cycle
 from drill_env.dynamics import equilibrium_voltage
 
 _SETTLE_PERIODS, _WATCH_PERIODS = 40, 6
+# Sampling alone moves the peaks by a thousandth.
+_DRIFT = 5e-3
 
 
 def settled_motion(loop: SampledLoop, setpoint: float) -> FloatArray | None:
-    """State at a peak of omega_l, period and set point, shape (n + 2,), or None if it is steady.
+    """State at a peak of omega_l, period and set point, shape (n + 2,).
+
+    None if the motion becomes steady, or is still changing.
 
     The loop starts from the limit cycle that the rig has at the constant voltage of the set
     point, or from rest if there is none.
@@ -39,11 +43,13 @@ def settled_motion(loop: SampledLoop, setpoint: float) -> FloatArray | None:
 def _last_cycle(states: FloatArray, clock: float, setpoint: float) -> FloatArray | None:
     speed = states[:, 2]
     top = float(speed.max())
-    if top - speed.min() < 1e-2 * (1.0 + abs(top)):
+    swing = top - float(speed.min())
+    drift = speed[: len(speed) // 2].max() - speed[len(speed) // 2 :].max()
+    if swing < 1e-2 * (1.0 + abs(top)) or abs(drift) > _DRIFT * swing:
         return None
     inner = speed[1:-1]
     # Peaks of the same height lie one period apart, lesser ones within it.
-    high = (inner > speed[:-2]) & (inner >= speed[2:]) & (inner > top - 0.05 * (top - speed.min()))
+    high = (inner > speed[:-2]) & (inner >= speed[2:]) & (inner > top - 0.05 * swing)
     peaks = 1 + np.flatnonzero(high)
     if len(peaks) < 2:
         return None

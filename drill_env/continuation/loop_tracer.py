@@ -78,7 +78,7 @@ class LoopTracer:
         drift = np.linalg.solve(np.eye(len(state)) - jacobian[:, :-2], jacobian[:, -1])
         return state, mode, np.append(drift, [0.0, 1.0])
 
-    def from_simulation(self, starts: int = 5) -> None:
+    def from_simulation(self, starts: int) -> None:
         """Branches that are born at no equilibrium: the loop settles from large motions."""
         for setpoint in np.linspace(self._low, self._high, starts + 2)[1:-1].tolist():
             try:

@@ -107,6 +107,8 @@ def weak_knowledge(rig: Rig, *, fixed: Sequence[str] = ("Ju",), doubt: float = _
 
 def untold(knowledge: Knowledge) -> list[str]:
     """In words: parameters whose 95 % interval is wider than 20 %, and those that trade off."""
+    if not knowledge.sources:
+        return [f"no recording yet: nothing is told of {', '.join(knowledge.free)}"]
     known = bounded(knowledge)
     covariance, deviations = known.covariance, known.deviations
     found = []

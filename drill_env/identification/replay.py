@@ -101,6 +101,7 @@ def replay(
     rig: Rig,
     *,
     initial: FloatArray | None = None,
+    states: FloatArray | None = None,
     horizon: float = 5.0,
     options: InverseOptions | None = None,
 ) -> ReplayResult:
@@ -111,6 +112,8 @@ def replay(
         rig: parameters.
         initial: (twist, omega_u, omega_l, theta_l) at the first row, shape (4,); by
             default the first angles and velocities fitted to the first samples.
+        states: the same at every row, to restart the prediction from, shape (n, 4); by default
+            fitted to the samples around a restart, which needs both angles.
         horizon: s between restarts of the prediction.
         options: derivatives for the force error of a one-inertia rig.
 
@@ -126,8 +129,8 @@ def replay(
     free = _run(rig, voltage, t, start)
     simulated: dict[Channel, FloatArray] = {name: free[name] for name in channels}
     predicted: dict[Channel, FloatArray] = {}
-    if len(channels) == rig.inertias:
-        pieces = _restarted(recording, rig, voltage, t, start, horizon)
+    if states is not None or len(channels) == rig.inertias:
+        pieces = _restarted(recording, rig, voltage, t, start, horizon, states)
         predicted = {name: pieces[name] for name in channels}
     force_error = rig_force_error(recording, rig, options) if _has_force(recording, rig) else None
     return ReplayResult(
@@ -160,13 +163,15 @@ def _run(rig: Rig, voltage: Voltage, t: FloatArray, state: FloatArray) -> dict[s
 
 def _restarted(
     recording: Recording, rig: Rig, voltage: Voltage, t: FloatArray, start: FloatArray,
-    horizon: float,
+    horizon: float, states: FloatArray | None,
 ) -> dict[str, FloatArray]:  # fmt: skip
     rows = np.unique(np.searchsorted(t, np.arange(0.0, t[-1], horizon) - 1e-9))
     ends = np.append(rows[1:], len(t))
     pieces = []
     for row, end in zip(rows.tolist(), ends.tolist(), strict=True):
-        state = start if row == 0 else state_at(recording, rig, row)
+        state = start
+        if row > 0:
+            state = state_at(recording, rig, row) if states is None else states[row]
         pieces.append(_run(rig, voltage, t[row:end], state))
     return {name: np.concatenate([p[name] for p in pieces]) for name in ("theta_u", "theta_l")}
 
