@@ -21,12 +21,10 @@ from drill_env.cli._common import (
     show,
     tell,
 )
-from drill_env.parameters import SYMBOLS, Rig, save_rig
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from drill_env.identification.one_inertia import OneInertiaResult
     from drill_env.identification.replay import ReplayResult
     from drill_env.recordings import Channel, Recording
 
@@ -53,6 +51,18 @@ DecimationOption = Annotated[
 CentreOption = Annotated[
     bool,
     typer.Option("--centre-hold", help="Mean of the voltages held before and after a sample."),
+]
+ClosedLoopOption = Annotated[
+    bool, typer.Option("--closed-loop", help="Fit the force of the simulated position loop.")
+]
+ReferenceOption = Annotated[
+    str | None, typer.Option(metavar="COLUMN[:UNIT]", help="Position asked for in the loop.")
+]
+DisturbanceOption = Annotated[
+    str | None, typer.Option(metavar="COLUMN", help="Voltage known to act beside the loop's.")
+]
+CompareOption = Annotated[
+    bool, typer.Option("--compare", help="Compare friction with and without asymmetry (minutes).")
 ]
 RigOutOption = Annotated[Path | None, typer.Option(help="Rig file to write.")]
 
@@ -129,6 +139,10 @@ def identify_command(
     cutoff: CutoffOption = None,
     decimation: DecimationOption = None,
     centre_hold: CentreOption = False,
+    closed_loop: ClosedLoopOption = False,
+    reference: ReferenceOption = None,
+    disturbance: DisturbanceOption = None,
+    compare: CompareOption = False,
     out: RigOutOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -136,56 +150,27 @@ def identify_command(
 
     With --one-inertia: mass, viscous and Coulomb friction and offset by inverse-dynamics
     least squares from u and theta_u. Errors are relative force errors, of the FIT files and
-    of the --holdout files, which are not fitted.
+    of the --holdout files, which are not fitted. With --closed-loop the position law is found
+    in the FIT files, and what is fitted and judged is the force of the simulated loop.
 
     Example: drill-env identify --one-inertia --gain 3.57 a.csv --holdout b.csv --out rig.toml
     """
-    _check(one_inertia, out)
-    from drill_env.identification.inverse_dynamics import InverseOptions
-    from drill_env.identification.one_inertia import identify_one_inertia
-
-    with remarks():
-        fitted = _read(fit, mapping, ("u", "theta_u"))
-        held = _read(holdout or [], mapping, ("u", "theta_u"))
-        result = identify_one_inertia(
-            fitted, _gain(gain, gain_column, fitted), holdout=held, asymmetric=asymmetric,
-            options=InverseOptions(cutoff, decimation=decimation, centre_hold=centre_hold),
-        )  # fmt: skip
-        rig = _saved_rig(result, out)
-    if as_json:
-        print_json(_identified(result, rig, out))
-    else:
-        _show_identified(result, out)
-
-
-def _check(one_inertia: bool, out: Path | None) -> None:
     if not one_inertia:
         raise InputError(
             "identification of the two-inertia rig is not in this version; give --one-inertia "
             "for recordings of the upper disc alone"
         )
-    if out is not None:
-        output_file(out)
+    from drill_env.cli._identify_axis import AxisFit, identify_axis
+    from drill_env.identification.inverse_dynamics import InverseOptions
 
-
-def _gain(gain: float | None, column: str | None, fitted: list[Recording]) -> float | None:
-    if gain is not None and column is not None:
-        raise InputError("--gain and --gain-column are both given; give one of them")
-    return fitted[0].constant(column) if column is not None else gain
-
-
-def _saved_rig(result: OneInertiaResult, out: Path | None) -> Rig | None:
-    """The rig, written if asked for; none and a warning where the estimates make no rig."""
-    try:
-        rig = result.rig
-    except InputError as error:
-        if out is not None:
-            raise
-        warnings.warn(str(error), stacklevel=1)
-        return None
-    if out is not None:
-        save_rig(rig, out)
-    return rig
+    identify_axis(
+        AxisFit(
+            fit, InverseOptions(cutoff, decimation=decimation, centre_hold=centre_hold),
+            holdout=holdout or (), mapping=mapping or (), gain=gain, gain_column=gain_column,
+            asymmetric=asymmetric, closed_loop=closed_loop, reference=reference,
+            disturbance=disturbance, compare=compare, out=out, as_json=as_json,
+        )
+    )  # fmt: skip
 
 
 def _read(
@@ -211,33 +196,3 @@ def _replay_table(result: ReplayResult) -> Table:
         for name, e in errors.items():
             table.add_row(f"{name}, {label}", f"{e.rms:.4g}", f"{e.max:.4g}", f"{e.percent:.3f}")
     return table
-
-
-def _show_identified(result: OneInertiaResult, out: Path | None) -> None:
-    from rich.table import Table
-
-    values = Table(title=f"One inertia, gain {result.gain:.6g} per volt", title_justify="left")
-    errors = Table(title="Relative force error", title_justify="left")
-    for table, names in ((values, ("parameter", "estimate", "std. error")), (errors, ("", "%"))):
-        table.add_column(names[0])
-        for name in names[1:]:
-            table.add_column(name, justify="right")
-    for name, value in result.estimates.items():
-        values.add_row(name, f"{value:.6g}", f"{result.standard_errors[name]:.2g}")
-    for label, found in (("fit", result.fit_errors), ("held out", result.holdout_errors)):
-        for source, share in found.items():
-            errors.add_row(f"{label}: {Path(source).name}", f"{100 * share:.3f}")
-    show(values)
-    show(errors)
-    if out is not None:
-        tell(f"rig file: {out}")
-
-
-def _identified(result: OneInertiaResult, rig: Rig | None, out: Path | None) -> dict[str, Any]:
-    table = None if rig is None else {n: getattr(rig, n) for n in SYMBOLS} | {"inertias": 1}
-    return {
-        "model": "one_inertia",
-        **result.as_dict(),
-        "rig": table,
-        "rig_file": None if out is None else str(out),
-    }

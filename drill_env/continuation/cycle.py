@@ -15,6 +15,7 @@ from drill_env.integrator._records import EVENT, FIRST_PARAMETER, N_STATE, RUN, 
 from drill_env.integrator._tableau import TABLEAUX
 from drill_env.integrator.trajectory import Events
 from drill_env.parameters import SYMBOLS, Rig
+
 __all__ = ["Character", "CycleError", "LimitCycle", "PeriodMap", "Shot"]
 
 

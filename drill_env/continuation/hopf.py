@@ -84,11 +84,11 @@ def hopf_points(rig: Rig, to_volts: float) -> list[HopfPoint]:
 
 def _hopf_point(rig: Rig, omega: float) -> HopfPoint:
     matrix = jacobian(rig, omega)
-    values, vectors = _eig(matrix)
+    values, vectors = eigenpairs(matrix)
     i = int(np.argmax(values.imag))
     frequency = float(values[i].imag)
     right = vectors[:, i] / vectors[2, i]
-    left_values, left_vectors = _eig(matrix.T)
+    left_values, left_vectors = eigenpairs(matrix.T)
     left = left_vectors[:, int(np.argmin(np.abs(left_values - values[i].conjugate())))]
     left = left / np.vdot(left, right).conjugate()
     return HopfPoint(
@@ -103,7 +103,8 @@ def _hopf_point(rig: Rig, omega: float) -> HopfPoint:
     )
 
 
-def _eig(matrix: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+def eigenpairs(matrix: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """Eigenvalues and eigenvectors, complex whatever the matrix."""
     values, vectors = np.linalg.eig(matrix.astype(np.complex128))
     return np.asarray(values, dtype=np.complex128), np.asarray(vectors, dtype=np.complex128)
 

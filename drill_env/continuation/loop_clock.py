@@ -115,9 +115,8 @@ class OwnClock:
 
 def lagrange(nodes: Sequence[float], at: float) -> FloatArray:
     """Weights of the polynomial through `nodes`, evaluated at `at`."""
-    return np.array(
-        [
-            np.prod([(at - other) / (node - other) for j, other in enumerate(nodes) if j != i])
-            for i, node in enumerate(nodes)
-        ]
-    )
+    weights = [
+        np.prod([(at - other) / (node - other) for j, other in enumerate(nodes) if j != i])
+        for i, node in enumerate(nodes)
+    ]
+    return np.array(weights, dtype=np.float64)

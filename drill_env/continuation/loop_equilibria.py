@@ -76,7 +76,7 @@ class EquilibriumTracer:
             for point in follow(corrector, points[0], self._rule):
                 if reason := self._ended(motion_of(point)):
                     last = at_edge(corrector, points[-1], point, (self._low, self._high))
-                    return points + [last] * (last is not None), reason
+                    return points if last is None else [*points, last], reason
                 self.points += self._special(corrector, points[-1], point)
                 points.append(point)
                 if len(points) >= _MAX_POINTS:
@@ -87,7 +87,8 @@ class EquilibriumTracer:
 
     def _ended(self, motion: LoopMotion) -> str:
         if not self._low <= motion.parameter <= self._high:
-            return f"left the range at {self._low if motion.parameter < self._low else self._high:.6g}"
+            edge = self._low if motion.parameter < self._low else self._high
+            return f"left the range at {edge:.6g}"
         if abs(motion.volts[1]) > _AT_LIMIT * self._loop.config.voltage_limit:
             return f"the voltage limit is reached at {motion.parameter:.6g}"
         return "" if motion.max > 0.0 else f"the discs stop at {motion.parameter:.6g}"

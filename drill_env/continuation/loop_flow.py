@@ -135,6 +135,7 @@ def _motion(cycle: LimitCycle, volts: FloatArray, clock: float) -> LoopMotion:
 
 def _joined(parts: list[Events]) -> Events:
     if not parts:
-        return Events(*(np.zeros(0, dtype=int) for _ in range(3)), np.zeros((0, 4)))
+        none = np.zeros(0, dtype=np.int64)
+        return Events(np.zeros(0), none, none, np.zeros((0, 4)))
     names = ("t", "disc", "kind", "state")
     return Events(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))

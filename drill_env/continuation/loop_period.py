@@ -125,27 +125,27 @@ class SampledLoop:
         Raises:
             CycleError: the integration or the controller failed.
         """
-        inputs = self._reads @ np.append(state, setpoint)
-        if sensitivity:
-            acted, slopes = self.law.differentiate(inputs)
-        else:
-            acted, slopes = self.law(inputs[None])[0], np.zeros((0, 0))
-        limit = self.config.voltage_limit
-        volts = float(np.clip(acted[0], -limit, limit))
-        if not np.isfinite(acted).all():
-            raise CycleError(f"the controller returns {acted[0]} V at set point {setpoint:.9g}")
-        run = self._move(state, volts, duration, modes, sensitivity)
-        # Values and their derivatives pass together through all that is linear.
         rows = self._blank(state, sensitivity)
-        by_all = np.zeros((len(acted), rows.shape[1]))
-        by_all[:, 0] = acted
-        if sensitivity:
-            reads = np.hstack([self._reads[:, :-1], np.zeros((len(inputs), 1)), self._reads[:, -1:]])
-            by_all[:, 1:] = slopes @ reads
-        if volts != acted[0]:
-            by_all[0] = 0.0
-            by_all[0, 0] = volts
-        return self._collect(rows, by_all, run, duration, volts, sensitivity)
+        acted = self._act(state, setpoint, rows.shape[1], sensitivity)
+        if not np.isfinite(acted).all():
+            raise CycleError(f"the controller returns no finite voltage at {setpoint:.9g} rad/s")
+        limit = self.config.voltage_limit
+        if abs(acted[0, 0]) > limit:
+            acted[0] = np.sign(acted[0, 0]) * limit * np.eye(1, acted.shape[1])[0]
+        run = self._move(state, float(acted[0, 0]), duration, modes, sensitivity)
+        return self._collect(rows, acted, run, duration, sensitivity)
+
+    def _act(self, state: FloatArray, setpoint: float, width: int, sens: bool) -> FloatArray:
+        """Voltage and new memory, each followed by its derivatives, shape (1 + m, width)."""
+        inputs = self._reads @ np.append(state, setpoint)
+        if not sens:
+            return self.law(inputs[None]).T
+        out = np.zeros((1 + self.law.size, width))
+        values, slopes = self.law.differentiate(inputs)
+        by_reads = slopes @ self._reads
+        # Behind the state stands the duration, which the controller does not see.
+        out[:, 0], out[:, 1:-2], out[:, -1] = values, by_reads[:, :-1], by_reads[:, -1]
+        return out
 
     def _blank(self, state: FloatArray, sensitivity: bool) -> FloatArray:
         """The state before, each entry followed by its derivatives, shape (n, 1 [+ n + 2])."""
@@ -171,27 +171,26 @@ class SampledLoop:
             raise CycleError(f"a control period failed at {volts:.6g} V: {error}") from error
 
     def _collect(
-        self, rows: FloatArray, acted: FloatArray, run: Trajectory, duration: float, volts: float,
-        sensitivity: bool,
-    ) -> ControlPeriod:  # fmt: skip
-        moved = self._samples(rows, acted[0], run, duration, sensitivity)
+        self, rows: FloatArray, acted: FloatArray, run: Trajectory, duration: float, sens: bool
+    ) -> ControlPeriod:
+        """The loop's state at the end; values and derivatives pass what is linear together."""
+        moved = self._samples(rows, acted[0], run, duration, sens)
         new = np.empty_like(rows)
         new[:_RIG] = moved[-1, :_RIG]
         if self._filter is not None:
-            before = rows[0], np.zeros(rows.shape[1])
+            start = rows[0], np.zeros(rows.shape[1])
             for i in self._discs:
                 # Angles since the start of the period; the upper one is twist + theta_l.
                 angles = moved[:, 3] + moved[:, 0] if i == 0 else moved[:, 3]
-                steps = np.diff(np.vstack([before[i], angles]), axis=0)
+                steps = np.diff(np.vstack([start[i], angles]), axis=0)
                 at = slice(_RIG + 3 * i, _RIG + 3 * i + 3)
                 rate = len(angles) / duration
-                memory = self._filter @ np.vstack([rows[at][1:], _rated(steps, rate, duration)])
-                new[at] = memory
+                new[at] = self._filter @ np.vstack([rows[at][1:], _rated(steps, rate, duration)])
         new[self.voltage] = acted[0]
         frame = np.vstack([rows[self._measured], rows[self.voltage]])
         new[self._past] = np.vstack([frame, rows[self._past]])[: self._past.stop - self._past.start]
         new[self._past.stop :] = acted[1:]
-        return ControlPeriod(new[:, 0].copy(), new[:, 1:].copy(), volts, run)
+        return ControlPeriod(new[:, 0].copy(), new[:, 1:].copy(), float(acted[0, 0]), run)
 
     def _samples(
         self, rows: FloatArray, acted: FloatArray, run: Trajectory, duration: float, sens: bool

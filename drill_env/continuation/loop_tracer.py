@@ -10,6 +10,7 @@ from drill_env._types import FloatArray
 from drill_env.continuation.branch import Corrector, Point, StepRule, at_edge, follow, oriented
 from drill_env.continuation.crossings import crossings
 from drill_env.continuation.flow import CycleError
+from drill_env.continuation.hopf import eigenpairs
 from drill_env.continuation.loop_clock import OwnClock
 from drill_env.continuation.loop_equilibria import motion_of
 from drill_env.continuation.loop_flow import LoopRest
@@ -72,9 +73,9 @@ class LoopTracer:
         assert birth.cycle is not None
         state, period = birth.cycle.state, self._loop.config.control_period
         jacobian = LoopRest(self._loop).shoot(state, period, birth.parameter).jacobian
-        values, vectors = np.linalg.eig(jacobian[:, :-2])
+        values, vectors = eigenpairs(jacobian[:, :-2])
         i = int(np.argmin(np.abs(np.abs(values) - 1.0) + 10.0 * (values.imag <= 0.0)))
-        mode = np.real(vectors[:, i] / vectors[2, i])
+        mode = np.asarray((vectors[:, i] / vectors[2, i]).real)
         drift = np.linalg.solve(np.eye(len(state)) - jacobian[:, :-2], jacobian[:, -1])
         return state, mode, np.append(drift, [0.0, 1.0])
 
@@ -157,9 +158,7 @@ class LoopTracer:
             self.points += [clock.special(a, b, p) for p in special_points(corrector, a, b)]
             self.points += crossings(Segment(corrector, a, b))
         except CycleError as error:
-            self.failures.append(
-                f"special points between {a.z[-1]:.9g} and {b.z[-1]:.9g}: {error}"
-            )
+            self.failures.append(f"special points between {a.z[-1]:.9g} and {b.z[-1]:.9g}: {error}")
 
     def _ended(self, point: Point) -> str:
         value, cycle = float(point.z[-1]), point.cycle

@@ -91,6 +91,7 @@ class Segment:
         self.border = chord / np.linalg.norm(chord)
 
     def __call__(self, s: float) -> Point:
+        """The point at arclength `s` from `a`."""
         if s <= 0.0:
             return self.a
         if s >= self.length:

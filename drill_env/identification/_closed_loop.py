@@ -1,13 +1,19 @@
 """Compiled run of one inertia under a sampled position law, with exact sensitivities."""
 
+import numpy as np
+
 from drill_env._jit import kernel
 from drill_env.integrator._advance import DONE, LOG_FULL, advance
 from drill_env.integrator._modes import start_mode
 from drill_env.integrator._records import FIRST_PARAMETER, LOAD_U, N_STATE
 
-# km, Ju, Tsu, dTsu, bu, dbu and the velocity at the start.
-N_SLOPES = 7
-_START_SPEED = N_SLOPES - 1
+# km, Ju, Tsu, dTsu, bu, dbu: the first parameters of all.
+N_SLOPES = 6
+
+LAW = np.dtype(
+    [("kp", "f8"), ("kv", "f8"), ("limit", "f8"), ("span", "i8"), ("delay", "i8")], align=True
+)
+"""A position law, see `PositionLaw`."""
 
 
 @kernel
@@ -54,9 +60,9 @@ def carry_slopes(p, work, slopes, row, state):
         x, v = state[c, 0], state[c, 1]
         for i in range(2):
             moved = work.sens[i, 0] * x + work.sens[i, 1] * v
+            # A volt pulls as km newton metres from outside do.
             moved += work.sens[i, LOAD_U] * p.km * slopes[row, c, 1]
-            if c < _START_SPEED:
-                moved += work.sens[i, FIRST_PARAMETER + c]
+            moved += work.sens[i, FIRST_PARAMETER + c]
             state[c, i] = moved
 
 
@@ -65,7 +71,10 @@ def run_loop(p, run, work, tab, law, t, dt, reference, added, u, y, slopes, stat
     """Run the loop through all rows.
 
     Args:
-        p, run, work, tab: records of the integrator; `run` holds the first state.
+        p: record of `PARAMETERS`.
+        run: record of `RUN`, the first state.
+        work: record of `WORK`.
+        tab: record of `TABLEAU`.
         law: record of `LAW`.
         t: times in s, shape (n,).
         dt: sampling interval that the law divides by, s.
@@ -74,8 +83,8 @@ def run_loop(p, run, work, tab, law, t, dt, reference, added, u, y, slopes, stat
         u: voltages in V, shape (n,); the first rows, where the law lacks its past, are read,
             the others filled.
         y: filled with the positions, shape (n,).
-        slopes: filled with the derivatives of (y, u), shape (n, 7, 2), or no rows.
-        state: derivatives of (position, velocity), shape (7, 2).
+        slopes: filled with the derivatives of (y, u), shape (n, 6, 2), or no rows.
+        state: derivatives of (position, velocity), zero at the start, shape (6, 2).
         buffers: working arrays.
 
     Returns:

@@ -31,6 +31,7 @@ FILTER = np.dtype(
         ("robust", "f8"),  # innovations beyond so many standard deviations lose weight
         ("slopes", "i8"),  # columns of S; 0 for none
         ("offset", "f8"),
+        ("load", "f8", (2,)),  # known torques on the discs, Nm
         ("y", "f8", (N_FILTER,)),
         ("P", "f8", (N_FILTER, N_FILTER)),
         ("S", "f8", (N_FILTER, N_SLOPES)),
@@ -45,6 +46,18 @@ FILTER = np.dtype(
     align=True,
 )
 """Working arrays and sums of one recording's filter."""
+
+PATH = np.dtype(
+    [
+        ("F", "f8", (N_STATE, N_FILTER)),  # transition into the row
+        ("gain", "f8", (2, N_FILTER)),  # of theta_u, then theta_l; 0 where no sample is
+        ("white", "f8", (2,)),  # innovations over their standard deviations
+        ("weight", "f8", (2,)),  # reciprocals of these, 1/rad
+        ("stuck", "i8", (2,)),
+    ],
+    align=True,
+)
+"""What the filter did at one row, enough to carry any other error through it."""
 
 
 @kernel
@@ -71,7 +84,7 @@ def restart(f, p, run, start, u):
 @kernel
 def load_state(f, p, run):
     """Hand the filtered state and torques to the integrator."""
-    p.load_u, p.load_l = f.y[D_U], f.y[D_L]
+    p.load_u, p.load_l = f.load[0] + f.y[D_U], f.load[1] + f.y[D_L]
     for i in range(N_STATE):
         run.y[i] = f.y[i]
 
@@ -197,9 +210,28 @@ def update(f, upper, measured, noise, gradient, information):
 
 
 @kernel
+def note_gain(f, row, encoder, gap, variance):
+    """Keep the gain of the sample just taken."""
+    used = max(variance, abs(gap) * variance**0.5 / f.robust)
+    row.weight[encoder] = 1.0 / used**0.5 if variance > 0.0 else 0.0
+    row.white[encoder] = gap * row.weight[encoder]
+    for i in range(N_FILTER):
+        row.gain[encoder, i] = f.PH[i] / used if variance > 0.0 else 0.0
+
+
+@kernel
+def note_transition(f, run, row):
+    """Keep the transition into the row, and which discs stick there."""
+    for i in range(N_STATE):
+        for m in range(N_FILTER):
+            row.F[i, m] = f.F[i, m]
+    row.stuck[0], row.stuck[1] = run.mode[0] == 0, run.mode[1] == 0
+
+
+@kernel
 def run_filter(
-    f, p, run, work, tab, t, u, angles, noise, restarts, starts, buffers, gradients, informations,
-    trace,
+    f, p, run, work, tab, t, u, loads, angles, noise, restarts, starts, buffers, gradients,
+    informations, trace, path,
 ):  # fmt: skip
     """Filter one recording; the likelihood goes to `f`.
 
@@ -211,6 +243,7 @@ def run_filter(
         tab: record of the integrator.
         t: times in s, shape (n,).
         u: held voltages in V, shape (n,).
+        loads: known torques on the discs, held as the voltage is, Nm, shape (n, 2).
         angles: theta_u and theta_l (rad), NaN where missing, shape (n, 2).
         noise: variances of the samples, rad^2, shape (n, 2).
         restarts: rows at which the filter starts anew, ascending, the first 0; shape (m,).
@@ -221,6 +254,7 @@ def run_filter(
         informations: filled with its expected curvature, lower triangle, shape (m, 19, 19).
         trace: filled per row and encoder with the innovation and its variance, then the
             filtered state, shape (n, 10), or no rows.
+        path: filled with what the filter did to errors, records of `PATH`, or no rows.
 
     Returns:
         `DONE` or a failure of the integrator.
@@ -229,6 +263,7 @@ def run_filter(
     for k in range(t.size):
         if window + 1 < restarts.size and restarts[window + 1] == k:
             window += 1
+            f.load[0], f.load[1] = loads[k, 0], loads[k, 1]
             restart(f, p, run, starts[window], u[k])
         elif k > 0:
             buffers.breaks[0], buffers.breaks[1] = t[k - 1], t[k]
@@ -244,7 +279,12 @@ def run_filter(
                 )
             if trace.shape[0] > 0:
                 trace[k, 2 * e], trace[k, 2 * e + 1] = gap, variance
+            if path.size > 0:
+                note_gain(f, path[k], e, gap, variance)
+        f.load[0], f.load[1] = loads[k, 0], loads[k, 1]
         follow_modes(f, p, run, u[k])
+        if path.size > 0:
+            note_transition(f, run, path[k])
         if trace.shape[0] > 0:
             for i in range(N_FILTER):
                 trace[k, 4 + i] = f.y[i]

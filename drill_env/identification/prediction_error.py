@@ -11,7 +11,7 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
 from drill_env.friction import kernel_record
-from drill_env.identification._filter import FILTER, N_FILTER, N_SLOPES, N_START, run_filter
+from drill_env.identification._filter import FILTER, N_FILTER, N_SLOPES, N_START, PATH, run_filter
 from drill_env.identification.initial_state import state_at
 from drill_env.identification.noise import NoiseModel, repeated_counts
 from drill_env.integrator._advance import DONE
@@ -50,6 +50,7 @@ class Samples:
         u: held voltages, V, shape (n,).
         angles: theta_u and theta_l, rad, NaN where missing, shape (n, 2).
         repeats: samples that share one rounding error, shape (n, 2).
+        loads: known torques on the discs, held as the voltage is, Nm, shape (n, 2).
         restarts: rows where the state is unknown, shape (m,).
         starts: first guess of theta_u - theta_l, omega_u, omega_l, theta_l there and of the
             twist at which the encoders agree, shape (m, 5).
@@ -61,6 +62,7 @@ class Samples:
     u: FloatArray
     angles: FloatArray
     repeats: FloatArray
+    loads: FloatArray
     restarts: IntArray
     starts: FloatArray
     spreads: FloatArray
@@ -151,7 +153,8 @@ def prepare(
         if rig.inertias == 1:
             spreads[i, 2:] = (0.0, _START_ANGLE, 0.0)
             spreads[i, 0] = 0.0
-    return Samples(recording, t, u, angles, repeats, restarts, starts, spreads)
+    loads = np.zeros((len(t), 2))
+    return Samples(recording, t, u, angles, repeats, loads, restarts, starts, spreads)
 
 
 def _restarts(t: FloatArray, interval: float, window: float) -> IntArray:
@@ -169,6 +172,7 @@ class _Run(NamedTuple):
     gradients: FloatArray
     informations: FloatArray
     trace: FloatArray
+    path: np.ndarray
 
 
 def _filter(
@@ -180,6 +184,7 @@ def _filter(
     slopes: bool,
     robust: float = math.inf,
     rows: int = 0,
+    path_rows: int = 0,
 ) -> _Run:
     f = np.zeros(1, dtype=FILTER)
     f["variance"] = (noise.torque_u**2, noise.torque_l**2)
@@ -200,13 +205,13 @@ def _filter(
     windows = len(samples.restarts)
     left = _Run(
         f, np.zeros((windows, N_SLOPES)), np.zeros((windows, N_SLOPES, N_SLOPES)),
-        np.zeros((rows, 4 + N_FILTER)),
+        np.zeros((rows, 4 + N_FILTER)), np.zeros(path_rows, dtype=PATH),
     )  # fmt: skip
     variance = samples.repeats * np.array([noise.encoder_u, noise.encoder_l]) ** 2
     status = run_filter(
         f[0], kernel_record(rig)[0], run[0], work[0], TABLEAUX["dopri5"][0], samples.t, samples.u,
-        samples.angles, variance, samples.restarts, starts, buffers, left.gradients,
-        left.informations, left.trace,
+        samples.loads, samples.angles, variance, samples.restarts, starts, buffers, left.gradients,
+        left.informations, left.trace, left.path,
     )  # fmt: skip
     if status != DONE:
         f["value"] = math.inf
@@ -259,3 +264,15 @@ def trace_of(
         samples, rig, noise, starts, slopes=False, robust=robust, rows=len(samples.t)
     ).trace
     return Trace(rows[:, 0:4:2], rows[:, 1:4:2], rows[:, 4:])
+
+
+def path_of(
+    samples: Samples, rig: Rig, noise: NoiseModel, starts: FloatArray, robust: float = math.inf
+) -> tuple[Trace, np.ndarray]:
+    """As `trace_of`, and records of `PATH` that carry other errors through the same filter."""
+    rows = len(samples.t)
+    left = _filter(
+        samples, rig, noise, starts, slopes=False, robust=robust, rows=rows, path_rows=rows
+    )
+    trace = Trace(left.trace[:, 0:4:2], left.trace[:, 1:4:2], left.trace[:, 4:])
+    return trace, left.path

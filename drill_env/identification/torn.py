@@ -120,6 +120,12 @@ def smoothed(recording: Recording, cutoff: float = _CUTOFF) -> Smoothed | None:
     return Smoothed(joined[0], joined[1:3], joined[3:5], joined[5:7])
 
 
+def grid_step(recording: Recording) -> float:
+    """Time between neighbouring samples of `smoothed`, s."""
+    rate = 1.0 / float(np.median(np.diff(recording.t)))
+    return max(1, round(rate / _KEPT_RATE)) / rate
+
+
 def _piece(
     t: FloatArray, u: FloatArray, angles: list[FloatArray], step: float, cutoff: float
 ) -> FloatArray:
@@ -140,9 +146,7 @@ def _piece(
     return np.concatenate([rows, omega, alpha])[:, edge : rows.shape[1] - edge : stride]
 
 
-def fit_upper(
-    s: Smoothed, upper: int = 0, lag: int = 0, margin: int = 0
-) -> UpperFit | None:
+def fit_upper(s: Smoothed, upper: int = 0, lag: int = 0, margin: int = 0) -> UpperFit | None:
     """Fit the upper disc's equation; None where the disc hardly turns.
 
     Args:
@@ -153,7 +157,7 @@ def fit_upper(
     """
     u = np.roll(s.u, lag)
     omega, other = s.omega[upper], s.theta[1 - upper]
-    moving = np.abs(omega) > _SLOW_UPPER
+    moving = _is_moving(omega, _SLOW_UPPER)
     moving[:margin] = False
     moving[len(moving) - margin :] = False
     if moving.sum() < _FEWEST:
@@ -169,7 +173,13 @@ def fit_upper(
     terms, share = _least_squares(columns, s.alpha[upper], moving)
     string = terms[3].value * other - terms[2].value * own
     parts = [float(np.std(x[moving])) for x in (terms[0].value * u, string)]
-    return UpperFit(*terms[:3], share, parts[0] / max(sum(parts), 1e-300))
+    return UpperFit(terms[0], terms[1], terms[2], share, parts[0] / max(sum(parts), 1e-300))
+
+
+def _is_moving(omega: FloatArray, limit: float) -> BoolArray:
+    """Rows away from sticking, where friction is a smooth function of the speed."""
+    speed = np.abs(omega)
+    return speed > min(limit, 0.3 * float(np.quantile(speed, 0.95)))
 
 
 def is_varied(u: FloatArray) -> bool:
@@ -185,7 +195,7 @@ def fit_lower(s: Smoothed, lower: int = 1) -> LowerFit | None:
         lower: row of `s.theta` taken for the lower disc.
     """
     omega = s.omega[lower]
-    moving = np.abs(omega) > _SLOW_LOWER
+    moving = _is_moving(omega, _SLOW_LOWER)
     if moving.sum() < _FEWEST:
         return None
     sign, speed = np.sign(omega), np.abs(omega)

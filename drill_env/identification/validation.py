@@ -15,7 +15,14 @@ from drill_env._types import FloatArray
 from drill_env.identification.estimate import Estimate
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_fit import noise_step
-from drill_env.identification.prediction_error import Samples, Score, Trace, prepare, score, trace_of
+from drill_env.identification.prediction_error import (
+    Samples,
+    Score,
+    Trace,
+    prepare,
+    score,
+    trace_of,
+)
 from drill_env.identification.replay import ReplayResult, replay
 from drill_env.identification.whiteness import Whiteness, whiteness
 from drill_env.parameters import Rig
@@ -24,11 +31,10 @@ from drill_env.recordings import Channel, Recording
 HORIZON = 5.0
 """Length of a prediction, s."""
 
-_ROUNDS = 15
 _START_ROUNDS = 5
 _ENOUGH = 0.1
-# Of each test: six of them then call one true rig in a hundred wrong.
-_DOUBT = 0.002
+# Of each of six tests: then about one true rig in a hundred is called wrong.
+_DOUBT = 0.001
 _SIZES = (0.8, 1.25)
 _CHANNELS: tuple[Channel, Channel] = ("theta_u", "theta_l")
 
@@ -133,7 +139,7 @@ def validate_estimate(estimate: Estimate, holdout: Sequence[Recording] = ()) -> 
 
 
 def estimated_noise(
-    samples: Samples, rig: Rig, noise: NoiseModel | None = None
+    samples: Samples, rig: Rig, noise: NoiseModel | None = None, *, rounds: int = 15
 ) -> tuple[NoiseModel, FloatArray]:
     """Noise and starts of one recording of greatest likelihood, the rig held.
 
@@ -141,6 +147,7 @@ def estimated_noise(
         samples: from `prepare`.
         rig: parameters.
         noise: where to begin.
+        rounds: at most.
 
     Returns:
         The noise, and starts as `Samples.starts`, shape (m, 5).
@@ -148,7 +155,7 @@ def estimated_noise(
     noise = noise or _first_noise(samples.recording)
     starts = _settled_starts(samples, rig, noise, samples.starts)
     value = score(samples, rig, noise, starts).value
-    for _ in range(_ROUNDS):
+    for _ in range(rounds):
         there = noise_step([samples], [starts], rig, noise)
         moved = _settled_starts(samples, rig, there, starts)
         reached = score(samples, rig, there, moved).value
@@ -161,7 +168,10 @@ def estimated_noise(
 
 
 def _first_noise(recording: Recording) -> NoiseModel:
-    steps = {"encoder_u": recording.quanta.get("theta_u"), "encoder_l": recording.quanta.get("theta_l")}
+    steps = {
+        "encoder_u": recording.quanta.get("theta_u"),
+        "encoder_l": recording.quanta.get("theta_l"),
+    }
     known = {name: step / math.sqrt(12.0) for name, step in steps.items() if step}
     return replace(NoiseModel(), **known)
 

@@ -3,17 +3,32 @@
 from drill_env.recordings.angles import encoder_step
 from drill_env.recordings.checks import longest_run
 from drill_env.recordings.columns import CHANNELS, Channel, ColumnMap, parse_map
+from drill_env.recordings.manifest import (
+    RecordingSet,
+    RecordingSettings,
+    Role,
+    read_folder,
+)
 from drill_env.recordings.read import read_recording
 from drill_env.recordings.recording import Recording, RecordingWarning
+from drill_env.recordings.signals import SIGNAL_KINDS, Signal, parse_signal, signal_samples
 
 __all__ = [
     "CHANNELS",
+    "SIGNAL_KINDS",
     "Channel",
     "ColumnMap",
     "Recording",
+    "RecordingSet",
+    "RecordingSettings",
     "RecordingWarning",
+    "Role",
     "encoder_step",
     "longest_run",
+    "Signal",
     "parse_map",
+    "parse_signal",
+    "read_folder",
     "read_recording",
+    "signal_samples",
 ]

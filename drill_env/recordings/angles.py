@@ -9,7 +9,7 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.recordings.checks import Place, longest_run
-from drill_env.recordings.recording import RecordingWarning
+from drill_env.recordings.recording import RecordingWarning, is_gap
 
 _TURN = 2.0 * math.pi
 _FASTEST = 100.0
@@ -41,7 +41,7 @@ def check_angle(
         return theta, None, [note]
     _refuse_counts(theta, place)
     step = encoder_step(theta)
-    theta, notes = _unwrap(theta, step, place)
+    theta, notes = _unwrap(t, theta, step, place)
     notes += _clipped(theta, place)
     notes += _speed(t, theta, place)
     return theta, step, notes
@@ -100,9 +100,10 @@ def _refined(step: float, moves: FloatArray) -> float | None:
 
 
 def _unwrap(
-    theta: FloatArray, step: float | None, place: Place
+    t: FloatArray, theta: FloatArray, step: float | None, place: Place
 ) -> tuple[FloatArray, list[RecordingWarning]]:
-    moves = np.diff(theta)
+    # A disc may turn far while rows are missing.
+    moves = np.where(is_gap(t), 0.0, np.diff(theta))
     usual = float(np.quantile(np.abs(moves), 0.99))
     jumps = np.flatnonzero(np.abs(moves) > max(20.0 * usual, 0.5 * np.ptp(theta) / 10.0))
     wrapped = np.flatnonzero(np.abs(moves) > 0.75 * _TURN)

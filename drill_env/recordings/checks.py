@@ -10,15 +10,15 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import BoolArray, FloatArray
 from drill_env.recordings.columns import Channel, Column
-from drill_env.recordings.recording import RecordingWarning
+from drill_env.recordings.recording import RecordingWarning, is_gap
 
 SHORTEST = 10
 """Rows below which nothing can be estimated."""
 
-_GAP = 1.8
 _JITTER = 0.01
 _SLOW, _SLOWEST = 0.06, 0.25
 _LARGEST_VOLTAGE = 60.0
+_HUGE = 1e15
 _TIME_NAMES = {"ms": r"ms|msec|milli\w*", "us": r"us|usec|micro\w*", "ns": r"ns|nsec|nano\w*"}
 
 
@@ -53,11 +53,12 @@ class Place:
 
 
 def check_finite(values: FloatArray, place: Place) -> None:
-    """Refuse NaN and infinity.
+    """Refuse NaN, infinity and what only a fault can have written.
 
     Raises:
         InputError: with the first bad row, and whether the file looks truncated.
     """
+    check_huge(values, place)
     bad = np.flatnonzero(~np.isfinite(values))
     if len(bad) == 0:
         return
@@ -68,8 +69,23 @@ def check_finite(values: FloatArray, place: Place) -> None:
         )
     raise InputError(
         f"{place} has {len(bad)} missing, NaN or infinite values, the first in row "
-        f"{place.row(bad[0])}; cut those rows out or fill them"
+        f"{place.row(bad[0])}; cut those rows out or fill them, or read with "
+        'missing = "keep" (in recordings.toml)'
     )
+
+
+def check_huge(values: FloatArray, place: Place) -> None:
+    """Refuse numbers that no channel can hold; NaN passes.
+
+    Raises:
+        InputError: with the first such row.
+    """
+    bad = np.flatnonzero(np.isfinite(values) & (np.abs(values) > _HUGE))
+    if len(bad):
+        raise InputError(
+            f"{place} holds {values[bad[0]]:.3g} in row {place.row(bad[0])}, a fault of the "
+            f"recording ({len(bad)} such rows); cut those rows out"
+        )
 
 
 def check_length(t: FloatArray, source: str) -> None:
@@ -141,7 +157,7 @@ def _regularity(
     t: FloatArray, steps: FloatArray, median: float, place: Place
 ) -> list[RecordingWarning]:
     notes = []
-    gaps = steps > _GAP * median
+    gaps = is_gap(t)
     if gaps.any():
         i = int(np.flatnonzero(gaps)[0])
         lost = float(np.round(steps[gaps] / median - 1.0).sum())

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
+from typing import Literal, TypeAlias
+
+import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, PathLike
 from drill_env.recordings.angles import check_angle
 from drill_env.recordings.checks import (
+    SHORTEST,
     Place,
     check_finite,
+    check_huge,
     check_length,
     check_time,
     check_voltage,
@@ -19,9 +24,15 @@ from drill_env.recordings.columns import ANGLES, Channel, Column, ColumnMap, mis
 from drill_env.recordings.recording import Recording, RecordingWarning
 from drill_env.recordings.tables import Table, as_numbers, read_table
 
+Missing: TypeAlias = Literal["refuse", "keep"]
+
 
 def read_recording(
-    path: PathLike, column_map: ColumnMap | None = None, *, need: tuple[Channel, ...] = ()
+    path: PathLike,
+    column_map: ColumnMap | None = None,
+    *,
+    need: tuple[Channel, ...] = (),
+    missing: Missing = "refuse",
 ) -> Recording:
     """Read one recording and check it.
 
@@ -33,6 +44,8 @@ def read_recording(
         column_map: channel to "COLUMN" or "COLUMN:UNIT", see `parse_map`; channels not
             mapped are looked for under their own names.
         need: channels that must be there, besides t.
+        missing: "refuse" values that are no number, or "keep" them: then an angle stays NaN,
+            and rows without time or voltage are left out.
 
     Raises:
         InputError: the file, a column or the time base is bad.
@@ -46,10 +59,11 @@ def read_recording(
     if absent:
         raise InputError(missing_text(source, absent, found))
     check_length(table.columns[columns["t"].name], source)
-    values, places = _channels(source, table, columns)
-    notes, quanta = _checked(values, places)
+    values, places = _channels(source, table, columns, missing)
     extra, ignored = _extra(source, table, columns)
-    notes += ignored
+    notes = _without_missing(source, values, extra) if missing == "keep" else []
+    checked, quanta = _checked(values, places)
+    notes += checked + ignored
     for note in notes:
         warnings.warn(note, stacklevel=2)
     return Recording(
@@ -59,7 +73,7 @@ def read_recording(
 
 
 def _channels(
-    source: str, table: Table, columns: dict[Channel, Column]
+    source: str, table: Table, columns: dict[Channel, Column], missing: Missing
 ) -> tuple[dict[Channel, FloatArray], dict[Channel, Place]]:
     values: dict[Channel, FloatArray] = {}
     places: dict[Channel, Place] = {}
@@ -72,10 +86,36 @@ def _channels(
                 f"{places[name]} has {len(raw)} values and the time {rows}; make them equal"
             )
         numbers = as_numbers(raw, str(places[name]), table.first_row)
-        check_finite(numbers, places[name])
+        (check_finite if missing == "refuse" else check_huge)(numbers, places[name])
         # The signed zeros of exported files would otherwise show in every difference.
         values[name] = numbers * column.scale + 0.0
     return values, places
+
+
+def _without_missing(
+    source: str, values: dict[Channel, FloatArray], extra: dict[str, FloatArray]
+) -> list[RecordingWarning]:
+    """Cut rows without time or voltage out of both; the remark, if anything is missing."""
+    angles = [name for name in ANGLES if name in values]
+    absent = {name: ~np.isfinite(column) for name, column in values.items()}
+    cut = np.any([absent[name] for name in values if name not in angles], axis=0)
+    some = np.any(list(absent.values()), axis=0)
+    if not some.any():
+        return []
+    for name in values:
+        values[name] = values[name][~cut]
+    for name in extra:
+        extra[name] = extra[name][~cut]
+    check_length(values["t"], source)
+    for name in angles:
+        values[name][~np.isfinite(values[name])] = np.nan
+        if np.isfinite(values[name]).sum() < SHORTEST:
+            raise InputError(f"{source}: {name} has no {SHORTEST} values; map another column")
+    text = (
+        f"{source}: {int(some.sum())} rows lack a value, {int(cut.sum())} of them the time or the "
+        "voltage; these are left out, in the others the angle counts as not measured"
+    )
+    return [RecordingWarning("missing", text)]
 
 
 def _checked(
@@ -88,7 +128,12 @@ def _checked(
     quanta: dict[str, float] = {}
     for name in ANGLES:
         if name in values:
-            values[name], step, remarks = check_angle(values["t"], values[name], places[name])
+            there = np.isfinite(values[name])
+            theta, step, remarks = check_angle(
+                values["t"][there], values[name][there], places[name]
+            )
+            values[name] = np.full_like(values["t"], np.nan)
+            values[name][there] = theta
             notes += remarks
             if step is not None:
                 quanta[name] = step

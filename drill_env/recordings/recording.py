@@ -8,8 +8,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from drill_env._errors import InputError
-from drill_env._types import FloatArray
+from drill_env._types import BoolArray, FloatArray, IntArray
 from drill_env.recordings.columns import ANGLES, CHANNELS, Channel, missing_text
+
+_GAP = 1.8
+
+
+def is_gap(t: FloatArray) -> BoolArray:
+    """Whether rows are missing between neighbouring times (s), shape (n - 1,)."""
+    steps = np.diff(t)
+    return steps > _GAP * float(np.median(steps))
 
 
 class RecordingWarning(UserWarning):
@@ -18,7 +26,8 @@ class RecordingWarning(UserWarning):
     Attributes:
         code: what it is, one of "jitter", "gap", "slow_clock", "constant", "saturated",
             "wrapped", "jump", "implausible_speed", "large_voltage", "ignored_column",
-            "twist_offset", "hidden_state".
+            "missing", "no_manifest", "twist_offset", "hidden_state", or one of
+            `drill_env.identification.screening.findings`.
     """
 
     def __init__(self, code: str, message: str) -> None:
@@ -30,11 +39,14 @@ class RecordingWarning(UserWarning):
 class Recording:
     """One run. Row i holds the angles at t[i] and the voltage held from t[i] to t[i+1].
 
+    Rows that were lost are not there: a gap shows as a long step of `t`, see `gaps`. An angle
+    that is missing while the voltage is known is NaN, if it was read with missing="keep".
+
     Attributes:
         t: times in s, strictly ascending, shape (n,).
         u: motor voltage in V, shape (n,), or None.
-        theta_u: upper-disc angle in rad (or position in m), shape (n,), or None.
-        theta_l: lower-disc angle in rad, shape (n,), or None.
+        theta_u: upper-disc angle in rad (or position in m), shape (n,), or None; NaN if missing.
+        theta_l: lower-disc angle in rad, shape (n,), or None; NaN where missing.
         extra: other numeric columns as they stand in the file, each of shape (n,).
         constants: single numbers in the file, such as a drive gain.
         quanta: encoder step of each angle where one is visible, rad.
@@ -100,6 +112,17 @@ class Recording:
     def duration(self) -> float:
         """Time from the first to the last sample in s."""
         return float(self.t[-1] - self.t[0])
+
+    @property
+    def gaps(self) -> IntArray:
+        """Rows after which rows are missing: the next one is 1.8 usual intervals away or more."""
+        return np.flatnonzero(is_gap(self.t))
+
+    def stretches(self) -> tuple[Recording, ...]:
+        """The parts between the gaps, those of one row left out."""
+        ends = [0, *(self.gaps + 1).tolist(), len(self)]
+        pairs = zip(ends, ends[1:], strict=False)
+        return tuple(self.part(a, b) for a, b in pairs if b - a > 1)
 
     def has_note(self, code: str) -> bool:
         """Whether a check remarked `code`."""

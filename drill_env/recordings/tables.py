@@ -17,6 +17,9 @@ from numpy.typing import NDArray
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 
+LARGEST_FILE = 1_000_000_000
+"""Bytes beyond which a file is refused: at 1 kHz some four hours."""
+
 _DAMAGED = (EOFError, zlib.error, gzip.BadGzipFile)
 
 
@@ -54,6 +57,7 @@ def read_table(path: Path) -> Table:
         raise InputError(f"{path}: no such file; check the path")
     if path.stat().st_size == 0:
         raise InputError(f"{path}: the file is empty; record or export it again")
+    _check_size(path, path.stat().st_size)
     try:
         return reader(path)
     except _DAMAGED as error:
@@ -62,13 +66,24 @@ def read_table(path: Path) -> Table:
         raise InputError(f"{path}: cannot be read ({error}); check the file") from error
 
 
+def _check_size(path: Path, size: int) -> None:
+    if size > LARGEST_FILE:
+        raise InputError(
+            f"{path}: more than {LARGEST_FILE:.2g} bytes, too large for a recording of the rig; "
+            "cut it into pieces or keep fewer samples per second"
+        )
+
+
 def _read_csv(path: Path) -> Table:
     import pyarrow as pa
     from pyarrow import csv as arrow_csv
 
-    content = path.read_bytes()
-    if path.suffix.lower() == ".gz":
-        content = gzip.decompress(content)
+    if path.suffix.lower() != ".gz":
+        content = path.read_bytes()
+    else:
+        with gzip.open(path) as stream:
+            content = stream.read(LARGEST_FILE + 1)
+        _check_size(path, len(content))
     try:
         header, _, body = content.decode("utf-8-sig").partition("\n")
     except UnicodeDecodeError as error:

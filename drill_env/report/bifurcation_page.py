@@ -73,9 +73,7 @@ def page(figure: go.Figure, traces: list[dict[str, Any]], table: str, heading: s
         full_html=False, include_plotlyjs=True, post_script=_SCRIPT % json.dumps(traces),
         config={"responsive": True},
     )  # fmt: skip
-    return (
-        _PAGE.replace("HEADING", heading).replace("TABLE", table).replace("PLOT", plot)
-    )
+    return _PAGE.replace("HEADING", heading).replace("TABLE", table).replace("PLOT", plot)
 
 
 def _picked(diagram: Diagram) -> tuple[list[Point], dict[float, int]]:

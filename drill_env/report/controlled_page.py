@@ -65,12 +65,12 @@ def _figure(table: pd.DataFrame, name: str, stride: int) -> go.Figure:
     figure, done = go.Figure(), 0
     free = table[(table.controller == "none") & (table.kind == "cycle")]
     for branch, rows in free.groupby("branch", sort=False):
-        _add(figure, rows, f"constant voltage, {branch}", _COLOURS["none"], None)
+        _add(figure, rows, f"constant voltage, {branch}", _COLOURS["none"], [-1] * len(rows))
     ours = table[table.controller == name]
     for (branch, kind), rows in ours.groupby(["branch", "kind"], sort=False):
-        keys = None
+        keys = [-1] * len(rows)
         if kind == "cycle":
-            keys = (done + np.arange(len(rows))) // stride
+            keys = [(done + i) // stride for i in range(len(rows))]
             done += len(rows)
         _add(figure, rows, f"{name}, {branch}", _COLOURS[str(kind)], keys)
     figure.update_layout(
@@ -81,12 +81,9 @@ def _figure(table: pd.DataFrame, name: str, stride: int) -> go.Figure:
     return figure
 
 
-def _add(
-    figure: go.Figure, rows: pd.DataFrame, name: str, colour: str, keys: Any | None
-) -> None:
-    keys = np.full(len(rows), -1) if keys is None else keys
+def _add(figure: go.Figure, rows: pd.DataFrame, name: str, colour: str, keys: list[int]) -> None:
     data = [
-        [int(key), volts, rate, size, period, character or ""]
+        [key, volts, rate, size, period, character or ""]
         for key, volts, rate, size, period, character in zip(
             keys, rows.volts_mean, rows.growth_rate, rows.multiplier_1, rows.period,
             rows.character.where(rows.character.notna(), ""), strict=True,
