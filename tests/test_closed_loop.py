@@ -160,17 +160,12 @@ def test_what_no_position_law_made_is_refused():
 def test_torque_noise_in_the_loop_does_not_bias_the_estimate():
     """The mean of 12 trials lies at the truth, and they scatter as much as they say."""
     found = [identify_closed_loop([noisy(seed)], AXIS.km, LAW) for seed in range(12)]
-
-    def score(rigs, name):
-        misses = np.array([getattr(rig, name) - getattr(AXIS, name) for rig in rigs])
-        return misses.mean() / (misses.std(ddof=1) / math.sqrt(len(misses)))
-
-    rigs = [one.rig for one in found]
     for name in ASYMMETRIC:
-        assert abs(score(rigs, name)) < 3.5, name
-        spread = np.std([getattr(rig, name) for rig in rigs], ddof=1)
+        misses = np.array([getattr(one.rig, name) - getattr(AXIS, name) for one in found])
+        spread = misses.std(ddof=1)
+        assert abs(misses.mean()) < 3.5 * spread / math.sqrt(len(misses)), name
         told = np.median([one.standard_errors[name] for one in found])
-        assert 0.4 < told / spread < 2.5, name
+        assert 0.5 < told / spread < 2.0, name
 
 
 def test_prediction_errors_find_the_same_axis_in_closed_loop():
@@ -215,16 +210,16 @@ def test_the_offset_of_a_symmetric_fit_is_taken_apart():
 
 @needs_emps
 def test_emps_position_law(emps):
-    """The stated gains, the velocity a central difference, and rounding is all that is left."""
-    fit, pulses = emps
+    """The stated gains, the velocity a central difference, and less than a count is left."""
+    fit, _ = emps
     for recording in emps:
         law = find_position_law([recording], "qg:m", "pulses_N")
         assert (law.span, law.delay) == (2, 0)
         stated = [recording.constant(name) for name in ("kp", "kv")]
         assert [law.kp, law.kv] == pytest.approx(stated, rel=5e-4)
     law = find_position_law([fit], "qg")
-    rounding = law.kv / (2 * fit.interval) * fit.quanta["theta_u"] / math.sqrt(6.0)
-    assert law.left * np.sqrt(np.mean(fit.u**2)) == pytest.approx(rounding, rel=0.5)
+    count = law.kv * fit.quanta["theta_u"] / (2 * fit.interval)
+    assert law.left * np.sqrt(np.mean(fit.u**2)) < count
 
 
 @needs_emps

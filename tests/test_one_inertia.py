@@ -173,7 +173,6 @@ def test_identify_command_prints_one_document_and_writes_the_rig(invoke, files, 
 
 def test_identify_command_says_what_it_cannot_do(invoke, files):
     for args, message in [
-        ((files[0],), "two-inertia rig is not in this version"),
         ((files[0], "--one-inertia", "--map", "theta_u=pos"), "shows only ratios"),
         ((files[0], "--one-inertia", "--gain", "3"), "no column theta_u; found: t, u, pos, km"),
     ]:

@@ -7,7 +7,7 @@ from drill_env.benchmark.compare import (
     compare,
     run_closed_loop,
 )
-from drill_env.benchmark.measures import Measures, measure
+from drill_env.benchmark.measures import Measures, measure, vibration_free
 from drill_env.benchmark.open_loop_diagram import open_loop_diagram
 
 __all__ = [
@@ -19,4 +19,5 @@ __all__ = [
     "measure",
     "open_loop_diagram",
     "run_closed_loop",
+    "vibration_free",
 ]

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
+import pandas as pd
 
 from drill_env._types import FloatArray
 
 BAND = 0.05
 SLOW = 0.1
+VIBRATION_FREE_INDEX, VIBRATION_FREE_BIAS = 0.1, 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,23 +64,51 @@ def measure(
         limit: voltage limit, V.
         window_s: length of the judged end, s.
     """
+    table = measure_runs(
+        omega_l[:, None], voltage[:, None], np.array([setpoint]), period, limit, window_s
+    )
+    return Measures(**{item.name: float(table[item.name].iloc[0]) for item in fields(Measures)})
+
+
+def measure_runs(
+    omega_l: FloatArray,
+    voltage: FloatArray,
+    setpoints: FloatArray,
+    period: float,
+    limit: float,
+    window_s: float = 30.0,
+) -> pd.DataFrame:
+    """Judge many runs; arguments as in `measure`, series of shape (steps, runs).
+
+    Returns:
+        One row a run, the fields of `Measures` as columns.
+    """
     count = min(len(omega_l), max(1, round(window_s / period)))
     tail, volts = omega_l[-count:], voltage[-count:]
-    mean, low, high = float(tail.mean()), float(tail.min()), float(tail.max())
+    mean, low, high = tail.mean(axis=0), tail.min(axis=0), tail.max(axis=0)
     # Put this way round, NaN counts as outside.
-    outside = np.flatnonzero(~(np.abs(omega_l - setpoint) <= BAND * setpoint))
-    last = int(outside[-1]) + 1 if len(outside) else 0
-    rate = np.diff(volts) / period
-    return Measures(
-        severity_index=(high - low) / (2.0 * mean) if mean > 1e-9 else float("inf"),
-        mean=mean,
-        min=low,
-        max=high,
-        bias=(mean - setpoint) / setpoint,
-        settling_s=float("nan") if last > len(omega_l) - count else last * period,
-        below_share=float((np.abs(tail) < SLOW).mean()),
-        reversal_share=float((tail < 0.0).mean()),
-        rms_voltage=float(np.sqrt(np.mean(volts**2))),
-        rms_voltage_rate=float(np.sqrt(np.mean(rate**2))) if len(rate) else 0.0,
-        saturation_share=float((np.abs(volts) >= limit * (1.0 - 1e-6)).mean()),
+    outside = ~(np.abs(omega_l - setpoints) <= BAND * setpoints)
+    last = np.where(outside.any(axis=0), len(omega_l) - np.argmax(outside[::-1], axis=0), 0)
+    rate = np.diff(volts, axis=0) / period
+    with np.errstate(divide="ignore", invalid="ignore"):
+        severity = np.where(mean > 1e-9, (high - low) / (2.0 * mean), np.inf)
+    return pd.DataFrame(
+        {
+            "severity_index": severity,
+            "mean": mean,
+            "min": low,
+            "max": high,
+            "bias": (mean - setpoints) / setpoints,
+            "settling_s": np.where(last > len(omega_l) - count, np.nan, last * period),
+            "below_share": (np.abs(tail) < SLOW).mean(axis=0),
+            "reversal_share": (tail < 0.0).mean(axis=0),
+            "rms_voltage": np.sqrt(np.mean(volts**2, axis=0)),
+            "rms_voltage_rate": np.sqrt(np.mean(rate**2, axis=0)) if len(rate) else 0.0,
+            "saturation_share": (np.abs(volts) >= limit * (1.0 - 1e-6)).mean(axis=0),
+        }
     )
+
+
+def vibration_free(runs: pd.DataFrame) -> pd.Series:
+    """Which runs end with severity index < 0.1 and bias < 5 %."""
+    return (runs.severity_index < VIBRATION_FREE_INDEX) & (runs.bias.abs() < VIBRATION_FREE_BIAS)

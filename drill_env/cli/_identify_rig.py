@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import typer
+
 from drill_env._errors import InputError
 from drill_env.cli._common import (
     output_file,
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
     from drill_env.identification.profile import Profile
     from drill_env.identification.stages import StageLink
     from drill_env.identification.validation import Validation
-    from drill_env.recordings import Recording, RecordingSet
+    from drill_env.recordings import RecordingSet
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +80,7 @@ class RigFound:
     first: Estimate | None
     estimate: Estimate
     profiles: Sequence[Profile]
-    fitted: Sequence[Validation]
-    held: Sequence[Validation]
+    validations: Sequence[Validation]
     laws: LawComparison | None
     untold: Sequence[str] = field(default_factory=list)
 
@@ -104,7 +105,7 @@ def _find(asked: RigFit) -> RigFound:
     from drill_env.identification.knowledge import knowledge_of, untold
     from drill_env.identification.laws import compare_laws
     from drill_env.identification.profile import profile
-    from drill_env.identification.validation import validate
+    from drill_env.identification.validation import validate_estimate
 
     start = rig_from(asked.rig)
     recordings = _recordings(asked, None if asked.rig is None else start)
@@ -122,11 +123,7 @@ def _find(asked: RigFit) -> RigFound:
             bar.update(task, description=f"profile of {name}")
             profiles.append(profile(estimate, name))
         bar.update(task, description="validation")
-        fitted = [
-            validate(r, estimate.rig, n)
-            for r, n in zip(recordings.fit, estimate.noise, strict=True)
-        ]
-        held = [validate(r, estimate.rig, estimate.noise[0]) for r in recordings.holdout]
+        validations = validate_estimate(estimate, recordings.holdout)
         laws = None
         if asked.laws:
             bar.update(task, description="friction laws")
@@ -135,7 +132,7 @@ def _find(asked: RigFit) -> RigFound:
                 options=asked.options,
             )  # fmt: skip
     return RigFound(
-        start, first, estimate, profiles, fitted, held, laws, untold(knowledge_of(estimate))
+        start, first, estimate, profiles, validations, laws, untold(knowledge_of(estimate))
     )
 
 
@@ -180,10 +177,18 @@ def _recordings(asked: RigFit, rig: Rig | None) -> RecordingSet:
             tuple(read_recording(path, columns, need=("u",)) for path in paths)
             for paths in (asked.stage1, asked.fit, asked.holdout)
         ]
-        found = RecordingSet(*groups)
+        found = RecordingSet(stage1=groups[0], fit=groups[1], holdout=groups[2])
+    if not found.fit:
+        raise InputError(f"{asked.fit[0]}: no recording to fit; give one the role fit")
     for recording in (*found.fit, *found.holdout):
         for remark in screen(recording, rig):
             warnings.warn(remark, stacklevel=1)
+        if asked.options.method == "multiple_shooting" and found.of(recording).closed_loop:
+            text = (
+                f"{recording.source}: closed loop; multiple shooting is biased by it, "
+                "--method prediction_error is not"
+            )
+            warnings.warn(text, stacklevel=1)
     return found
 
 
@@ -221,9 +226,8 @@ def _write(asked: RigFit, found: RigFound) -> None:
 
         asked.report.mkdir(parents=True, exist_ok=True)
         save_validation_page(
-            found.estimate, [*found.fitted, *found.held], asked.report / "index.html",
-            laws=found.laws,
-        )  # fmt: skip
+            found.estimate, found.validations, asked.report / "index.html", laws=found.laws
+        )
         save_estimate(found.estimate, asked.report / "estimate.json")
         save_rig(found.estimate.rig, asked.report / "rig.toml")
 
@@ -240,8 +244,8 @@ def _document(asked: RigFit, found: RigFound) -> dict[str, Any]:
              "values": p.values, "rise": p.rise}
             for p in found.profiles
         ],
-        "fit": [v.as_dict() for v in found.fitted],
-        "holdout": [v.as_dict() for v in found.held],
+        "fit": [v.as_dict() for v in found.validations[: len(found.estimate.noise)]],
+        "holdout": [v.as_dict() for v in found.validations[len(found.estimate.noise) :]],
         "laws": None if found.laws is None else found.laws.as_dict(),
         "stage1": None if found.first is None else estimate_document(found.first),
         "rig_file": None if asked.out is None else str(asked.out),
@@ -282,22 +286,14 @@ def _show(asked: RigFit, found: RigFound) -> None:
         _show_profiles(found.profiles)
     _show_validations(found)
     if found.laws is not None:
-        for line in found.laws.sentences():
-            typer_echo(line)
+        typer.echo(found.laws.conclusion)
     for line in found.untold:
-        typer_echo(line)
+        typer.echo(line)
     for label, path in (("rig file", asked.out), ("estimate", asked.estimate)):
         if path is not None:
             tell(f"{label}: {path}")
     if asked.report is not None:
         tell(f"report: {asked.report / 'index.html'}")
-
-
-def typer_echo(text: str) -> None:
-    """One line on stdout."""
-    import typer
-
-    typer.echo(text)
 
 
 def _show_profiles(profiles: Sequence[Profile]) -> None:
@@ -319,8 +315,13 @@ def _show_validations(found: RigFound) -> None:
     for name in ("angle", "free run", "5 s prediction"):
         table.add_column(name, justify="right")
     table.add_column("residuals")
-    for label, group in (("fit", found.fitted), ("held out", found.held)):
-        for validation in group:
-            for row in validation.rows():
-                table.add_row(f"{label}: {row[0]}", *row[1:])
+    for i, validation in enumerate(found.validations):
+        label = "fit" if i < len(found.estimate.noise) else "held out"
+        result = validation.replay
+        for name, error in result.errors.items():
+            predicted = result.prediction_errors.get(name)
+            table.add_row(
+                f"{label}: {validation.name}", name, f"{error.percent:.3f}",
+                f"{predicted.percent:.3f}" if predicted else "", validation.verdict,
+            )  # fmt: skip
     show(table)

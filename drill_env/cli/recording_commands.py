@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from typer.core import TyperCommand
 
-from drill_env._errors import InputError
 from drill_env.cli._common import (
     JsonOption,
     MapOption,
@@ -64,6 +63,41 @@ DisturbanceOption = Annotated[
 CompareOption = Annotated[
     bool, typer.Option("--compare", help="Compare friction with and without asymmetry (minutes).")
 ]
+FixOption = Annotated[
+    list[str] | None, typer.Option(metavar="NAME=VALUE", help="A given parameter; repeatable.")
+]
+FreeOption = Annotated[
+    str | None, typer.Option(metavar="NAMES", help="Estimate only these, comma-separated.")
+]
+PriorOption = Annotated[
+    list[str] | None,
+    typer.Option(metavar="NAME=MEAN:SD", help="What is known beforehand; repeatable."),
+]
+BoundsOption = Annotated[
+    list[str] | None, typer.Option(metavar="NAME=LOW:HIGH", help="Limits; repeatable.")
+]
+Stage1Option = Annotated[
+    list[Path] | None,
+    typer.Option("--stage1", metavar="REC", help="Upper disc alone, fitted first; repeatable."),
+]
+LinkOption = Annotated[
+    Literal["fixed", "prior", "free"], typer.Option(help="How the whole rig takes stage 1.")
+]
+FitMethodOption = Annotated[
+    Literal["prediction_error", "multiple_shooting"], typer.Option(help="What is minimised.")
+]
+WindowOption = Annotated[float, typer.Option(help="s between starts of multiple shooting.")]
+NoiseOption = Annotated[
+    Literal["shared", "each"], typer.Option(help="One noise for all recordings, or each its own.")
+]
+StartsOption = Annotated[int, typer.Option(help="Number of starts, up to 30 % apart.")]
+SeedOption = Annotated[int, typer.Option(help="Of the further starts.")]
+ProfileOption = Annotated[
+    str | None, typer.Option(metavar="NAMES", help="Profile likelihood of these parameters.")
+]
+LawsOption = Annotated[bool, typer.Option("--laws", help="Compare the friction laws.")]
+ReportOption = Annotated[Path | None, typer.Option(help="Folder of the validation page.")]
+EstimateOption = Annotated[Path | None, typer.Option(help="Estimate file to write (JSON).")]
 RigOutOption = Annotated[Path | None, typer.Option(help="Rig file to write.")]
 
 
@@ -130,11 +164,29 @@ def replay_command(
 
 def identify_command(
     fit: FitArgument,
+    rig: RigOption = None,
+    fix: FixOption = None,
+    free: FreeOption = None,
+    prior: PriorOption = None,
+    bounds: BoundsOption = None,
+    stage1: Stage1Option = None,
+    link: LinkOption = "prior",
+    method: FitMethodOption = "prediction_error",
+    window: WindowOption = 5.0,
+    noise: NoiseOption = "shared",
+    starts: StartsOption = 1,
+    seed: SeedOption = 0,
+    holdout: HoldoutOption = None,
+    mapping: MapOption = None,
+    profile: ProfileOption = None,
+    laws: LawsOption = False,
+    report: ReportOption = None,
+    estimate: EstimateOption = None,
+    out: RigOutOption = None,
+    as_json: JsonOption = False,
     one_inertia: OneInertiaOption = False,
     gain: GainOption = None,
     gain_column: GainColumnOption = None,
-    holdout: HoldoutOption = None,
-    mapping: MapOption = None,
     asymmetric: AsymmetricOption = False,
     cutoff: CutoffOption = None,
     decimation: DecimationOption = None,
@@ -143,23 +195,35 @@ def identify_command(
     reference: ReferenceOption = None,
     disturbance: DisturbanceOption = None,
     compare: CompareOption = False,
-    out: RigOutOption = None,
-    as_json: JsonOption = False,
 ) -> None:
-    """Identify one inertia from recordings, and judge it on others; the whole rig not yet.
+    """Identify a rig from recordings, and judge it on others.
 
-    With --one-inertia: mass, viscous and Coulomb friction and offset by inverse-dynamics
-    least squares from u and theta_u. Errors are relative force errors, of the FIT files and
-    of the --holdout files, which are not fitted. With --closed-loop the position law is found
-    in the FIT files, and what is fitted and judged is the force of the simulated loop.
+    FIT are recordings with u, theta_u, theta_l, or one folder with a recordings.toml. All
+    parameters but those of --fix are estimated, from --rig or the paper's rig on; 30 % off will
+    do. One torque must be fixed, since volts and angles do not show its scale.
 
-    Example: drill-env identify --one-inertia --gain 3.57 a.csv --holdout b.csv --out rig.toml
+    With --one-inertia: mass, viscous and Coulomb friction and offset of a single axis by
+    inverse-dynamics least squares; its options are the last ten.
+
+    Examples:
+    drill-env identify a.csv b.csv --holdout c.csv --fix Ju=0.4765 --report report/
+
+    drill-env identify --one-inertia --gain 3.57 a.csv --holdout b.csv --out rig.toml
     """
     if not one_inertia:
-        raise InputError(
-            "identification of the two-inertia rig is not in this version; give --one-inertia "
-            "for recordings of the upper disc alone"
-        )
+        from drill_env.cli._identify_rig import RigFit, identify_rig
+        from drill_env.identification.estimate import FitOptions
+
+        options = FitOptions(method, window=window, noise=noise, starts=starts, seed=seed)
+        identify_rig(
+            RigFit(
+                fit, options, stage1=stage1 or (), holdout=holdout or (), mapping=mapping or (),
+                rig=rig, free=free, fixed=fix or (), priors=prior or (), bounds=bounds or (),
+                link=link, profile=profile, laws=laws, out=out, estimate=estimate, report=report,
+                as_json=as_json,
+            )
+        )  # fmt: skip
+        return
     from drill_env.cli._identify_axis import AxisFit, identify_axis
     from drill_env.identification.inverse_dynamics import InverseOptions
 

@@ -23,6 +23,7 @@ from drill_env.identification.descent import (
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.prediction_error import prepare
 from drill_env.identification.prior import Prior
+from drill_env.identification.sandwich import sandwich_covariance
 from drill_env.parameters import Rig
 from drill_env.recordings import Recording
 
@@ -87,6 +88,7 @@ class Estimate:
         problem: recordings, bounds and priors.
         point: the likelihood's lowest point.
         options: how it was fitted.
+        coordinate_covariance: covariance in the fit's coordinates, shape (free, free).
         converged: whether the descent ended by itself.
         iterations: of the descent.
         start_values: minus twice the log posterior that each start reached, shape (starts,).
@@ -97,6 +99,7 @@ class Estimate:
     problem: Problem
     point: Point
     options: FitOptions
+    coordinate_covariance: FloatArray
     converged: bool
     iterations: int
     start_values: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -105,11 +108,6 @@ class Estimate:
     def noise(self) -> tuple[NoiseModel, ...]:
         """The noise model of each recording."""
         return tuple(self.point.noise[group] for group in self.problem.groups)
-
-    @property
-    def coordinate_covariance(self) -> FloatArray:
-        """Covariance in the fit's coordinates, shape (free, free)."""
-        return inverse(self.point.information)
 
     @property
     def covariance(self) -> FloatArray:
@@ -221,7 +219,10 @@ def identify(
         name: min(max(getattr(best.rig, name), low), high)
         for name, (low, high) in problem.bounds.items()
     }
-    return replace(best, rig=best.rig.replace(**inside), start_values=np.array(reached))
+    return replace(
+        best, rig=best.rig.replace(**inside), start_values=np.array(reached),
+        coordinate_covariance=sandwich_covariance(best.problem, best.point),
+    )  # fmt: skip
 
 
 def _from_start(
@@ -243,7 +244,10 @@ def _from_start(
         here = there if gain > 0 else here
         if gain < 1.0:
             break
-    return Estimate(here.rig, problem.coordinates.free, problem, here, options, ended, steps)
+    return Estimate(
+        here.rig, problem.coordinates.free, problem, here, options,
+        inverse(here.information), ended, steps,
+    )  # fmt: skip
 
 
 def _first_noise(problem: Problem) -> list[NoiseModel]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from drill_env._types import FrictionLaw
 from drill_env.friction import lower_curve
-from drill_env.identification.coordinates import Coordinates, free_names
+from drill_env.identification.coordinates import Coordinates, free_names, inverse
 from drill_env.identification.descent import Problem, descend, point_at
 from drill_env.identification.estimate import Estimate, FitOptions, identify
 from drill_env.identification.knowledge import typical_noise
@@ -119,7 +119,10 @@ def fit_from(
     starts = [begun for _, begun in fits]
     here = point_at(problem, problem.coordinates.vector(base), noise, starts)
     here, ended, steps = descend(problem, here, limit=options.limit, report=report)
-    return Estimate(here.rig, problem.coordinates.free, problem, here, options, ended, steps)
+    return Estimate(
+        here.rig, problem.coordinates.free, problem, here, options, inverse(here.information),
+        ended, steps,
+    )  # fmt: skip
 
 
 def top_speed(recordings: Sequence[Recording]) -> float:

@@ -31,9 +31,7 @@ def sandwich_covariance(problem: Problem, point: Point) -> FloatArray:
     bread = inverse(point.information)
     sizes = _MOVE * np.sqrt(np.diag(bread))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        meats = pool.map(
-            lambda i: _meat(problem, point, i, sizes), range(len(problem.samples))
-        )
+        meats = pool.map(lambda i: _meat(problem, point, i, sizes), range(len(problem.samples)))
         meat = np.sum(list(meats), axis=0)
     return bread @ _widened(point.information, meat) @ bread
 
@@ -68,9 +66,7 @@ def _meat(problem: Problem, point: Point, index: int, sizes: FloatArray) -> Floa
         move = np.zeros_like(starts)
         move[row, column] = _START_MOVE
         both = [starts + move, starts - move]
-        outer.append(
-            _slope(samples, [point.rig] * 2, noise, both, 2.0 * _START_MOVE) / deviation
-        )
+        outer.append(_slope(samples, [point.rig] * 2, noise, both, 2.0 * _START_MOVE) / deviation)
     scores = _reduced(np.array(slopes), np.array(outer), white)
     return _newey_west(scores, max(1, round(_LAG_S / samples.recording.interval)))
 

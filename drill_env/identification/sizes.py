@@ -71,8 +71,6 @@ def compare_sizes(
     """
     if not (upper.drive.is_sure(4.0) and upper.drive.value > 0.0 and upper.share > 0.5):
         return None
-    if not upper.damping.is_sure(3.0) and not is_varied(s.u):
-        return None
     km, bu, k = _nominal(rig)
     drive, damping = upper.drive.value / km, upper.damping.value / bu if bu else 1.0
     pace = damping
@@ -80,12 +78,14 @@ def compare_sizes(
         pace = math.sqrt(lower.hold.value / k)
     whose = "the paper's rig" if rig is None else "the given rig"
     alike = damping > 0.0 and 0.4 < pace / damping < 2.5
+    alike = alike and upper.damping.is_sure(3.0)
     if alike and _is_off(damping, rig) and _is_off(pace, rig):
         return "clock", (
             f"everything runs {pace:.3g} times as fast as on {whose}; if it is not another rig, "
             "the clock is in another unit or at another rate than it says: --map t=t:UNIT"
         )
-    if damping < 0.25 * pace and is_varied(s.u):
+    highest = damping + 3.0 * upper.damping.spread / bu if bu else 1.0
+    if damping < 0.25 * pace and highest < 0.5 * pace and is_varied(s.u):
         return "current", (
             f"the upper disc has only {100 * max(damping, 0.0):.0f} % of the damping that a motor "
             "at a voltage has; the column u looks like a current: record the voltage"

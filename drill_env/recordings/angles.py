@@ -40,7 +40,7 @@ def check_angle(
         )
         return theta, None, [note]
     _refuse_counts(theta, place)
-    step = encoder_step(theta)
+    step = encoder_step(theta, t)
     theta, notes = _unwrap(t, theta, step, place)
     notes += _clipped(theta, place)
     notes += _speed(t, theta, place)
@@ -57,13 +57,16 @@ def _refuse_counts(theta: FloatArray, place: Place) -> None:
     )
 
 
-def encoder_step(theta: FloatArray) -> float | None:
+def encoder_step(theta: FloatArray, t: FloatArray | None = None) -> float | None:
     """The step between neighbouring encoder positions (rad), None where none is visible.
 
     Args:
         theta: angles in rad, shape (n,), as recorded.
+        t: times in s, shape (n,); moves across gaps are then left out.
     """
     moves = np.abs(np.diff(theta))
+    if t is not None:
+        moves = moves[~is_gap(t)]
     moves = np.sort(moves[moves > 1e-12 * max(1.0, float(np.abs(theta).max()))])
     if len(moves) < 20:
         return None

@@ -121,7 +121,7 @@ def _from_names(folder: Path) -> dict[Path, RecordingSettings]:
     files = sorted(f for f in folder.iterdir() if f.name.lower().endswith(_KINDS) and f.is_file())
     if not files:
         raise InputError(f"{folder}: no recordings ({', '.join(_KINDS)}) and no {MANIFEST}")
-    roles = {f: _role_by_name(f.name) for f in files}
+    roles: dict[Path, Role] = {f: _role_by_name(f.name) for f in files}
     counts = ", ".join(f"{list(roles.values()).count(role)} {role}" for role in ROLES)
     text = (
         f"{folder}: no {MANIFEST}, so roles are taken from the file names (stage1*, fit*, "
@@ -132,7 +132,10 @@ def _from_names(folder: Path) -> dict[Path, RecordingSettings]:
 
 
 def _role_by_name(name: str) -> Role:
-    return next((role for role in ROLES if name.lower().startswith(role)), "fit")
+    for role in ROLES:
+        if name.lower().startswith(role):
+            return role
+    return "fit"
 
 
 def _from_manifest(manifest: Path) -> dict[Path, RecordingSettings]:

@@ -96,7 +96,7 @@ def _without_missing(
     source: str, values: dict[Channel, FloatArray], extra: dict[str, FloatArray]
 ) -> list[RecordingWarning]:
     """Cut rows without time or voltage out of both; the remark, if anything is missing."""
-    angles = [name for name in ANGLES if name in values]
+    angles: list[Channel] = [name for name in ANGLES if name in values]
     absent = {name: ~np.isfinite(column) for name, column in values.items()}
     cut = np.any([absent[name] for name in values if name not in angles], axis=0)
     some = np.any(list(absent.values()), axis=0)

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from drill_env._files import replacing
 from drill_env.benchmark import open_loop_diagram
+from drill_env.benchmark.measures import vibration_free
 from drill_env.parameters import Rig
-from drill_env.report.compare_table import vibration_free
 
 _BAD, _GOOD = "#c0392b", "#1f5fa8"
 _GRID_POINTS = 121

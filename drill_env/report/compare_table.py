@@ -5,12 +5,7 @@ from __future__ import annotations
 import pandas as pd
 from rich.table import Table
 
-VIBRATION_FREE_INDEX, VIBRATION_FREE_BIAS = 0.1, 0.05
-
-
-def vibration_free(runs: pd.DataFrame) -> pd.Series:
-    """Which runs end with severity index < 0.1 and bias < 5 %."""
-    return (runs.severity_index < VIBRATION_FREE_INDEX) & (runs.bias.abs() < VIBRATION_FREE_BIAS)
+from drill_env.benchmark.measures import vibration_free
 
 
 def compare_table(runs: pd.DataFrame) -> Table:
@@ -34,4 +29,30 @@ def compare_table(runs: pd.DataFrame) -> Table:
             f"{len(settled)} of {len(group)}", f"{settled.median():.1f}" if len(settled) else "-",
             f"{group.rms_voltage_rate.median():.2f}",
         )  # fmt: skip
+    return table
+
+
+def protocol_table(whole: pd.DataFrame, start: str) -> Table:
+    """One row a controller: the vibration-free share of each level, from one start.
+
+    Args:
+        whole: one row a cell, of `drill_env.benchmark.summary.read_cells`.
+        start: the start to show.
+    """
+    rows = whole[whole.start == start]
+    levels = list(dict.fromkeys(rows.level))
+    title = f"Vibration-free share (95 % interval) and t50, from {start.replace('_', ' ')}"
+    table = Table(title=title, title_justify="left")
+    table.add_column("controller")
+    table.add_column("tier")
+    for level in levels:
+        table.add_column(level, justify="right")
+    for (controller, tier), group in rows.groupby(["controller", "tier"], sort=False):
+        known = {item.level: item for item in group.itertuples()}
+        cells = []
+        for level in levels:
+            item = known[level]
+            text = f"{item.vibration_free_share:.3f} ({item.low:.2f}-{item.high:.2f})"
+            cells.append(text + (f" {item.t50_s:.1f} s" if item.t50_s < float("inf") else ""))
+        table.add_row(str(controller), str(tier), *cells)
     return table

@@ -1,0 +1,136 @@
+"""The protocol behind `drill-env compare --levels`."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from drill_env._errors import InputError
+from drill_env.cli._common import print_json, progress_bar, show, tell
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from drill_env.benchmark.contestants import Contestant
+    from drill_env.benchmark.protocol import Cell, Protocol
+    from drill_env.controllers import Controller
+    from drill_env.environment.config import EnvConfig
+
+
+def run_and_report(
+    makers: Mapping[str, Callable[[EnvConfig], Controller]],
+    config: EnvConfig,
+    out: Path,
+    *,
+    setpoints: Sequence[float] | None,
+    levels: Sequence[str],
+    starts: Sequence[str],
+    jobs: int,
+    extended: bool,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """Run what is missing, then write tables and page anew."""
+    from drill_env.benchmark.compare import SETPOINTS
+    from drill_env.benchmark.contestants import contestant
+    from drill_env.benchmark.protocol import EXTENDED_SETPOINTS, Protocol
+    from drill_env.report.compare_table import protocol_table
+
+    if jobs < 1:
+        raise InputError(f"--jobs is {jobs}: give 1 or more")
+    usual = EXTENDED_SETPOINTS if extended else SETPOINTS
+    protocol = Protocol(
+        config, tuple(usual if setpoints is None else setpoints), tuple(levels),  # pyright: ignore
+        tuple(starts), **options,  # pyright: ignore
+    )  # fmt: skip
+    contestants = [
+        contestant(name, maker, config, _identity(maker)) for name, maker in makers.items()
+    ]
+    files = _run(contestants, protocol, out, jobs)
+    whole, rows, written = write_protocol(contestants, files, protocol, out)
+    if as_json:
+        print_json({"files": written, "summary": rows})
+        return
+    show(protocol_table(whole, protocol.main_start))
+    tell("written: " + ", ".join(str(path) for path in written))
+
+
+def _identity(maker: Any) -> str:
+    """What a maker stands for; an agent by its policy's file."""
+    import hashlib
+
+    folder = getattr(maker, "folder", None)
+    if folder is None:
+        return repr(maker)
+    files = sorted(path for path in Path(folder).iterdir() if path.suffix in (".zip", ".json"))
+    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
+
+
+def _run(
+    contestants: Sequence[Contestant], protocol: Protocol, out: Path, jobs: int
+) -> dict[Cell, Path]:
+    from drill_env.benchmark.protocol import run_protocol
+
+    with progress_bar() as bar:
+        task = bar.add_task("comparing", total=None)
+
+        def watch(done: int, total: int) -> None:
+            bar.update(task, completed=done, total=total)
+
+        return run_protocol(contestants, protocol, out, jobs=jobs, progress=watch)
+
+
+def write_protocol(
+    contestants: Sequence[Contestant],
+    files: Mapping[Cell, Path],
+    protocol: Protocol,
+    out: Path,
+) -> tuple[pd.DataFrame, list[dict[str, Any]], list[Path]]:
+    """Tables, summary.json and page of the cells that were run.
+
+    Returns:
+        One row a cell, the rows of summary.json, and the files.
+    """
+    from drill_env._files import write_text
+    from drill_env._tables import write_table
+    from drill_env.benchmark.summary import ranking, read_cells, summary_rows
+    from drill_env.report.compare_page import save_compare_page
+
+    whole, points = read_cells(files)
+    facts = _facts(contestants, protocol)
+    tables = {
+        "cells.csv": whole, "setpoints.csv": points, "ranking.csv": ranking(whole, protocol),
+        "linear_facts.csv": facts,
+    }  # fmt: skip
+    for name, table in tables.items():
+        write_table(table, out / name)
+    rows = [
+        {
+            key: None if isinstance(v, float) and not math.isfinite(v) else v
+            for key, v in row.items()
+        }
+        for row in summary_rows(whole, protocol)
+    ]
+    write_text(out / "summary.json", json.dumps(rows, indent=2) + "\n")
+    save_compare_page(whole, points, facts, files, protocol, out / "index.html")
+    return whole, rows, [out / name for name in ("summary.json", "index.html", *tables)]
+
+
+def _facts(contestants: Sequence[Contestant], protocol: Protocol) -> pd.DataFrame:
+    import pandas as pd
+
+    from drill_env.benchmark.linear_facts import design_facts
+
+    found = []
+    for item in contestants:
+        try:
+            table = design_facts(item.maker, protocol.config, protocol.setpoints)
+        except InputError:
+            # No linear law: learning filters and policies.
+            continue
+        table.insert(0, "controller", item.name)
+        found.append(table)
+    return pd.concat(found, ignore_index=True) if found else pd.DataFrame({"controller": []})
