@@ -45,8 +45,9 @@ def test_stick_free_vibration_is_that_of_the_other_simulator():
     assert low > 0.0
 
 
-@pytest.mark.parametrize("drop", [0.3, 0.6, 0.95])
-@pytest.mark.parametrize("speed", [0.5, 2.0, 8.0])
+@pytest.mark.parametrize(
+    ("drop", "speed"), [(0.3, 1.0), (0.9, 1.0), (0.6, 2.0), (0.3, 8.0), (0.9, 8.0)]
+)
 def test_no_stribeck_curve_vibrates_without_standstill(drop, speed):
     """Falling friction that levels off: its Hopf points are subcritical, whatever its size."""
     level = 0.08

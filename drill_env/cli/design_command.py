@@ -54,6 +54,8 @@ OutOption = Annotated[
     Path | None, typer.Option(help="Voltage to play (.csv .csv.gz .parquet).", show_default=False)
 ]
 _SHOWN = 8
+# A short recording may have several minima, and a design from the wrong one is worthless.
+_STARTS = 3
 
 
 def design_command(
@@ -146,7 +148,7 @@ def _knowledge(
 
 
 def _fitted(rig: Rig, paths: list[Path], mapping: list[str] | None, fixed: list[str]) -> Knowledge:
-    from drill_env.identification.estimate import identify
+    from drill_env.identification.estimate import FitOptions, identify
     from drill_env.identification.knowledge import knowledge_of
     from drill_env.recordings import parse_map, read_recording
 
@@ -156,6 +158,7 @@ def _fitted(rig: Rig, paths: list[Path], mapping: list[str] | None, fixed: list[
         task = bar.add_task("fit", total=None)
         found = identify(
             measured, rig, fixed={name: getattr(rig, name) for name in fixed},
+            options=FitOptions(starts=_STARTS),
             progress=lambda start, step, value: bar.update(task, completed=step),
         )  # fmt: skip
     return knowledge_of(found)
@@ -181,11 +184,14 @@ def _show(plan: Plan) -> None:
     for name in ("value", "now +-", "expected +-", "narrower by"):
         table.add_column(name, justify="right")
     for name, entry in found["parameters"].items():
+        about = "~" if entry["rough"] else ""
         table.add_row(
             name, f"{entry['value']:.5g}", f"{entry['half_width']:.2g}",
-            f"{entry['expected_half_width']:.2g}", f"{entry['half_width'] / entry['expected_half_width']:.3g}x",
+            f"{about}{entry['expected_half_width']:.2g}", f"{entry['half_width'] / entry['expected_half_width']:.3g}x",
         )  # fmt: skip
     show(table)
+    if plan.rough:
+        typer.echo("~ told too little now for more than the order of magnitude")
     show(_ranking(plan))
     typer.echo(f"play: drill-env signal {plan.best.signal.text}")
 
@@ -201,5 +207,7 @@ def _ranking(plan: Plan) -> Table:
         table.add_column(f"that of {one}", justify="right")
     for proposal in plan.proposals[:_SHOWN]:
         own = [f"{1.0 / (1.0 - plan.shrink(proposal)[one]):.3g}x"] if one else []
-        table.add_row(proposal.signal.text, f"{1.0 / (1.0 - plan.mean_shrink(proposal)):.3g}x", *own)
+        table.add_row(
+            proposal.signal.text, f"{1.0 / (1.0 - plan.mean_shrink(proposal)):.3g}x", *own
+        )
     return table

@@ -203,7 +203,9 @@ def identify_command(
     do. One torque must be fixed, since volts and angles do not show its scale.
 
     With --one-inertia: mass, viscous and Coulomb friction and offset of a single axis by
-    inverse-dynamics least squares; its options are the last ten.
+    inverse-dynamics least squares; its options are those from --gain on. With --closed-loop
+    the position law is found in the FIT files, and what is fitted and judged is the force of
+    the simulated loop.
 
     Examples:
     drill-env identify a.csv b.csv --holdout c.csv --fix Ju=0.4765 --report report/

@@ -73,15 +73,12 @@ def loop_diagram(
     rests = EquilibriumTracer(loop, low, high, rule)
     equilibria = rests.branch()
     cycles = LoopTracer(loop, low, high, rule, progress)
-    births = [point for point in rests.points if point.kind == "neimark-sacker"]
-    cycles.from_births(births)
+    cycles.from_births([point for point in rests.points if point.kind == "neimark-sacker"])
     cycles.from_simulation(starts)
     points = [_with_criticality(point, cycles.branches) for point in rests.points]
     points = sorted([*points, *cycles.points], key=lambda point: point.parameter)
-    return LoopDiagram(
-        loop, low, high, equilibria, tuple(cycles.branches), tuple(points),
-        (*rests.failures, *cycles.failures),
-    )  # fmt: skip
+    failures = (*rests.failures, *cycles.failures)
+    return LoopDiagram(loop, low, high, equilibria, tuple(cycles.branches), tuple(points), failures)
 
 
 def _with_criticality(point: SpecialPoint, branches: list[CycleBranch]) -> SpecialPoint:

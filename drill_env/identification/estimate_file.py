@@ -102,6 +102,8 @@ def _knowledge(document: dict[str, Any]) -> Knowledge:
     information = np.array(document["information"], dtype=float)
     if information.shape != (len(free), len(free)) or not np.isfinite(information).all():
         raise InputError(f"information is no {len(free)} x {len(free)} matrix of numbers")
+    if not document["noise"] or not document["recordings"]:
+        raise InputError("noise or recordings is empty")
     quanta = {str(name): float(step) for name, step in document["encoder_steps"].items()}
     if not quanta or not set(quanta) <= set(ANGLES):
         raise InputError("encoder_steps names other angles than theta_u and theta_l")

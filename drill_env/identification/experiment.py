@@ -13,7 +13,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.identification.knowledge import SIGMAS, Knowledge, bounded, untold
+from drill_env.identification.knowledge import SIGMAS, Knowledge, bounded, untold, wider_than
 from drill_env.identification.prediction_error import prepare, score
 from drill_env.integrator import sampled_voltage, simulate
 from drill_env.parameters import SYMBOLS
@@ -22,6 +22,10 @@ from drill_env.recordings.signals import Signal, signal_samples
 
 D_OPTIMAL = "D"
 """The criterion that shrinks the volume of the whole confidence region most."""
+
+# Share of a parameter's size: an interval as wide as that leaves the region where the rig's
+# response is linear in it.
+_ROUGH = 0.5
 
 Progress: TypeAlias = Callable[[int, int], None]
 
@@ -63,6 +67,11 @@ class Plan:
         """The signal to play next."""
         return self.proposals[0]
 
+    @property
+    def rough(self) -> tuple[str, ...]:
+        """Parameters known so little that their expected interval is an order of magnitude."""
+        return wider_than(self.knowledge, _ROUGH)
+
     def shrink(self, proposal: Proposal) -> dict[str, float]:
         """By which share each interval is expected to shrink, 0 to 1."""
         left = proposal.deviations / self.deviations
@@ -85,6 +94,7 @@ class Plan:
                     "half_width": SIGMAS * before,
                     "expected_half_width": SIGMAS * after,
                     "expected_shrink": 1.0 - after / before,
+                    "rough": name in self.rough,
                 }
                 for name, before, after in zip(
                     free, self.deviations.tolist(), self.best.deviations.tolist(), strict=True

@@ -14,7 +14,7 @@ from drill_env._types import FloatArray
 from drill_env.identification.coordinates import Coordinates, free_names, inverse
 from drill_env.identification.estimate import Estimate
 from drill_env.identification.noise import NoiseModel
-from drill_env.parameters import Rig
+from drill_env.parameters import SYMBOLS, Rig
 
 SIGMAS = 1.959963984540054
 """Half width of a 95 % interval in standard deviations."""
@@ -112,21 +112,24 @@ def untold(knowledge: Knowledge) -> list[str]:
     known = bounded(knowledge)
     covariance, deviations = known.covariance, known.deviations
     found = []
-    for name, size, half in zip(
-        known.free, _sizes(known), (SIGMAS * deviations).tolist(), strict=True
-    ):
-        if 2.0 * half > _WIDE * size:
-            value = getattr(known.rig, name)
-            found.append(
-                f"{name} is hardly told: {value:.4g} +- {half:.2g} "
-                f"(95 % interval {200.0 * half / size:.0f} % wide)"
-            )
+    for name in wider_than(known, _WIDE):
+        value, half = getattr(known.rig, name), SIGMAS * deviations[known.free.index(name)]
+        width = 200.0 * half / _sizes(known)[known.free.index(name)]
+        found.append(
+            f"{name} is hardly told: {value:.4g} +- {half:.2g} (95 % interval {width:.0f} % wide)"
+        )
     for names, highest in _tied(known.free, covariance / np.outer(deviations, deviations)):
         found.append(
             f"{', '.join(names[:-1])} and {names[-1]} trade off (correlation up to "
             f"{highest:.3f}): a combination of them is told better than each"
         )
     return found
+
+
+def wider_than(knowledge: Knowledge, share: float) -> tuple[str, ...]:
+    """Parameters whose 95 % interval is wider than a share of their size."""
+    widths = 2.0 * SIGMAS * bounded(knowledge).deviations / _sizes(knowledge)
+    return tuple(n for n, w in zip(knowledge.free, widths.tolist(), strict=True) if w > share)
 
 
 def _tied(names: Sequence[str], correlation: FloatArray) -> list[tuple[list[str], float]]:
@@ -146,18 +149,17 @@ def typical_noise(models: Sequence[NoiseModel]) -> NoiseModel:
     return NoiseModel.from_vector(np.mean([model.vector() for model in models], axis=0))
 
 
-def _sizes(knowledge: Knowledge) -> list[float]:
-    """Scales of the free parameters; an asymmetry's is its symmetric part."""
+def _sizes(knowledge: Knowledge) -> FloatArray:
+    """Scales of the free parameters; an asymmetry's is its symmetric part; shape (free,)."""
     rig = knowledge.rig
-    scales = {"dTsu": rig.Tsu, "dbu": rig.bu}
-    sizes = {n: float(getattr(rig, n)) for n in knowledge.free} | scales
-    return [max(abs(sizes[n]), 1e-9) for n in knowledge.free]
+    scales = {n: float(getattr(rig, n)) for n in SYMBOLS} | {"dTsu": rig.Tsu, "dbu": rig.bu}
+    return np.maximum(np.abs([scales[n] for n in knowledge.free]), 1e-9)
 
 
 def _vague(knowledge: Knowledge, doubt: float) -> FloatArray:
     """Information of independent parameters known to a share of their sizes."""
     slopes = knowledge.slopes
-    return slopes.T @ np.diag((doubt * np.array(_sizes(knowledge))) ** -2) @ slopes
+    return slopes.T @ np.diag((doubt * _sizes(knowledge)) ** -2) @ slopes
 
 
 def bounded(knowledge: Knowledge) -> Knowledge:

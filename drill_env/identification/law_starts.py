@@ -8,12 +8,13 @@ import numpy as np
 
 from drill_env._types import FrictionLaw
 from drill_env.friction import lower_curve
-from drill_env.identification.coordinates import Coordinates, free_names, inverse
+from drill_env.identification.coordinates import Coordinates, free_names
 from drill_env.identification.descent import Problem, descend, point_at
 from drill_env.identification.estimate import Estimate, FitOptions, identify
 from drill_env.identification.knowledge import typical_noise
+from drill_env.identification.noise_of_recording import estimated_noise
 from drill_env.identification.prediction_error import prepare, score
-from drill_env.identification.validation import estimated_noise
+from drill_env.identification.sandwich import sandwich_covariance
 from drill_env.parameters import Rig
 from drill_env.recordings import Recording
 
@@ -120,8 +121,9 @@ def fit_from(
     here = point_at(problem, problem.coordinates.vector(base), noise, starts)
     here, ended, steps = descend(problem, here, limit=options.limit, report=report)
     return Estimate(
-        here.rig, problem.coordinates.free, problem, here, options, inverse(here.information),
-        ended, steps,
+        rig=here.rig, free=problem.coordinates.free, problem=problem, point=here, options=options,
+        coordinate_covariance=sandwich_covariance(problem, here), converged=ended,
+        iterations=steps, start_values=np.array([here.value]),
     )  # fmt: skip
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -24,7 +25,7 @@ LawProgress: TypeAlias = Callable[[FrictionLaw, int, float], None]
 
 _Found: TypeAlias = dict[FrictionLaw, tuple[Estimate, tuple[float, ...]]]
 _LAWS: tuple[FrictionLaw, ...] = ("humped", "coulomb", "stribeck")
-_SHAPE = frozenset({"T1", "T2", "beta1", "beta2"})
+_LOWER = frozenset({"Tsl", "T1", "T2", "beta1", "beta2", "bl"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,7 +60,7 @@ class LawFit:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""
-        channels = {name for v in self.validations for name in v.replay.errors}
+        channels: set[Channel] = {name for v in self.validations for name in v.replay.errors}
         return {
             "law": self.law,
             "parameters": {
@@ -148,7 +149,7 @@ def compare_laws(
     Args:
         recordings: to fit, with u and both angles.
         rig: where to start; of any law.
-        fixed: parameters given; those of the lower law's shape apply to the rig's own law only.
+        fixed: parameters given; those of the lower law apply to the rig's own law only.
         holdout: recordings to judge by; those of the fit where there are none.
         options: how to fit.
         progress: see `LawProgress`.
@@ -164,12 +165,14 @@ def compare_laws(
     top = top_speed(recordings)
     volts = max(float(np.abs(r.channel("u")).max()) for r in recordings)
     found: _Found = {}
-    order = sorted(_LAWS, key=lambda law: (law != rig.friction, _LAWS.index(law)))
+    order: list[FrictionLaw] = sorted(
+        _LAWS, key=lambda law: (law != rig.friction, _LAWS.index(law))
+    )
     for law in order:
-        known = {n: v for n, v in fixed.items() if law == rig.friction or n not in _SHAPE}
+        known = {n: v for n, v in fixed.items() if law == rig.friction or n not in _LOWER}
         first = next(iter(found.values()))[0].rig if found else rig
         plain = found["coulomb"][0].rig if "coulomb" in found else None
-        report = (lambda i, v, law=law: progress(law, i, v)) if progress else None
+        report = partial(progress, law) if progress else None
         estimates = [
             fit_from(
                 recordings, start, known, options or FitOptions(), report, warm=law != order[0]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from drill_env._errors import InputError
-from drill_env._types import FloatArray
+from drill_env._types import FloatArray, IntArray
 from drill_env.friction import lower_curve
 from drill_env.identification.initial_state import state_at
 from drill_env.identification.inverse_dynamics import InverseOptions, rig_force_error
@@ -101,7 +101,6 @@ def replay(
     rig: Rig,
     *,
     initial: FloatArray | None = None,
-    states: FloatArray | None = None,
     horizon: float = 5.0,
     options: InverseOptions | None = None,
 ) -> ReplayResult:
@@ -112,8 +111,6 @@ def replay(
         rig: parameters.
         initial: (twist, omega_u, omega_l, theta_l) at the first row, shape (4,); by
             default the first angles and velocities fitted to the first samples.
-        states: the same at every row, to restart the prediction from, shape (n, 4); by default
-            fitted to the samples around a restart, which needs both angles.
         horizon: s between restarts of the prediction.
         options: derivatives for the force error of a one-inertia rig.
 
@@ -129,14 +126,14 @@ def replay(
     free = _run(rig, voltage, t, start)
     simulated: dict[Channel, FloatArray] = {name: free[name] for name in channels}
     predicted: dict[Channel, FloatArray] = {}
-    if states is not None or len(channels) == rig.inertias:
-        pieces = _restarted(recording, rig, voltage, t, start, horizon, states)
+    if len(channels) == rig.inertias:
+        pieces = _restarted(recording, rig, start, horizon)
         predicted = {name: pieces[name] for name in channels}
     force_error = rig_force_error(recording, rig, options) if _has_force(recording, rig) else None
     return ReplayResult(
         recording=recording, rig=rig, initial=start, simulated=simulated,
-        errors=_errors(recording, simulated), horizon=horizon, predicted=predicted,
-        prediction_errors=_errors(recording, predicted), force_error=force_error,
+        errors=channel_errors(recording, simulated), horizon=horizon, predicted=predicted,
+        prediction_errors=channel_errors(recording, predicted), force_error=force_error,
         notes=tuple(_notes(recording, rig)),
     )  # fmt: skip
 
@@ -154,7 +151,7 @@ def _has_force(recording: Recording, rig: Rig) -> bool:
     return rig.inertias == 1 and not recording.has_note("gap")
 
 
-def _run(rig: Rig, voltage: Voltage, t: FloatArray, state: FloatArray) -> dict[str, FloatArray]:
+def _run(rig: Rig, voltage: Voltage, t: FloatArray, state: FloatArray) -> dict[Channel, FloatArray]:
     # A little longer than the samples, lest rounding puts the last one past the end.
     seconds = float(t[-1] - t[0]) + 1e-9
     run = simulate(rig, voltage, seconds, t_start=float(t[0]), t_eval=t, initial=state)
@@ -162,23 +159,39 @@ def _run(rig: Rig, voltage: Voltage, t: FloatArray, state: FloatArray) -> dict[s
 
 
 def _restarted(
-    recording: Recording, rig: Rig, voltage: Voltage, t: FloatArray, start: FloatArray,
-    horizon: float, states: FloatArray | None,
-) -> dict[str, FloatArray]:  # fmt: skip
+    recording: Recording, rig: Rig, start: FloatArray, horizon: float
+) -> dict[Channel, FloatArray]:
+    t = recording.t - recording.t[0]
     rows = np.unique(np.searchsorted(t, np.arange(0.0, t[-1], horizon) - 1e-9))
-    ends = np.append(rows[1:], len(t))
-    pieces = []
-    for row, end in zip(rows.tolist(), ends.tolist(), strict=True):
-        state = start
-        if row > 0:
-            state = state_at(recording, rig, row) if states is None else states[row]
-        pieces.append(_run(rig, voltage, t[row:end], state))
-    return {name: np.concatenate([p[name] for p in pieces]) for name in ("theta_u", "theta_l")}
+    later = [state_at(recording, rig, row) for row in rows[1:].tolist()]
+    return run_pieces(recording, rig, rows, np.array([start, *later]))
 
 
-def _errors(
+def run_pieces(
+    recording: Recording, rig: Rig, rows: IntArray, states: FloatArray
+) -> dict[Channel, FloatArray]:
+    """Angles (rad) of a rig put into a state at some rows and left to itself in between.
+
+    Args:
+        recording: with u.
+        rig: parameters.
+        rows: ascending, the first 0, shape (m,).
+        states: (twist, omega_u, omega_l, theta_l) there, shape (m, 4).
+    """
+    t = recording.t - recording.t[0]
+    voltage = sampled_voltage(t, recording.channel("u"))
+    bounds = [*rows.tolist(), len(t)]
+    pieces = [
+        _run(rig, voltage, t[row:end], state)
+        for row, end, state in zip(bounds[:-1], bounds[1:], states, strict=True)
+    ]
+    return {name: np.concatenate([p[name] for p in pieces]) for name in pieces[0]}
+
+
+def channel_errors(
     recording: Recording, simulated: Mapping[Channel, FloatArray]
 ) -> dict[Channel, ChannelError]:
+    """Error of each simulated channel."""
     errors: dict[Channel, ChannelError] = {}
     for name, values in simulated.items():
         measured = recording.channel(name)

@@ -38,6 +38,8 @@ FATAL = (
 
 _POWER = 0.5
 _LONGEST_SHIFT_S, _SHIFT_S = 2.0, 0.08
+_EXPLAINED = 0.99
+_ALIKE = 1.5
 _SLOW_CUTOFF = 1.2
 _UNRELATED, _DRIVEN = 0.6, 0.4
 
@@ -134,10 +136,14 @@ def _is_natural(s: Smoothed, upper: UpperFit | None, lower: LowerFit | None) -> 
     """Whether the string moves the lower disc more than the upper, and the voltage the upper."""
     if upper is None or lower is None:
         return True
+    if upper.hold.is_sure() and upper.hold.value > 3.0 * abs(lower.hold.value):
+        return False
     if is_varied(s.u) and upper.driven > 0.6:
         return True
-    string = lower.hold.is_sure() and lower.pull.is_sure(4.0)
-    return string and lower.hold.value > upper.hold.value
+    if not (lower.hold.is_sure() and lower.pull.is_sure(4.0)):
+        return False
+    alike = abs(math.log(abs(lower.pull.value / lower.hold.value))) < math.log(_ALIKE)
+    return alike and lower.hold.value > upper.hold.value
 
 
 def _swapped(case: _Case) -> RecordingWarning | None:
@@ -160,7 +166,8 @@ def _shifted(case: _Case) -> RecordingWarning | None:
     s, step = case.s, grid_step(case.recording)
     reach = min(round(_LONGEST_SHIFT_S / step), len(s.u) // 4)
     now = fit_upper(s, margin=reach) if is_varied(s.u) else None
-    if now is None:
+    # Where the equation explains nearly all, a shift can only fit the noise.
+    if now is None or now.share > _EXPLAINED:
         return None
     best, lag = now, 0
     for trial in range(-reach, reach + 1):
@@ -239,6 +246,4 @@ def _lower_alone(recording: Recording) -> RecordingWarning | None:
     if s is None or len(s.u) < 200 or _power(s.u, s.omega[1]) > -_POWER:
         return None
     text = "the lower disc turns against the voltage: the sign of u or theta_l is flipped"
-    return RecordingWarning(
-        "sign", f"{recording.source}: {text}; turn one of them, for example --map u=u:-1"
-    )
+    return RecordingWarning("sign", f"{recording.source}: {text}; turn one with --map u=u:-1")

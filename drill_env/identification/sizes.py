@@ -69,30 +69,36 @@ def compare_sizes(
     Returns:
         Code and text of the remark, None if all sizes are usual or nothing is sure.
     """
-    if not (upper.drive.is_sure(4.0) and upper.drive.value > 0.0 and upper.share > 0.5):
+    # On slow signals drive and damping may err together, but hardly their ratio.
+    if not (upper.drive.is_sure(2.5) and upper.drive.value > 0.0 and upper.share > 0.5):
         return None
     km, bu, k = _nominal(rig)
-    drive, damping = upper.drive.value / km, upper.damping.value / bu if bu else 1.0
+    damping = upper.damping.value / bu if bu > 0.0 else 1.0
+    drive = upper.drive.value / km
     pace = damping
-    if lower is not None and lower.hold.sign > 0 and lower.share > 0.5 and k > 0.0:
+    string = lower is not None and lower.hold.sign > 0 and lower.share > 0.5 and k > 0.0
+    if string and lower is not None:
         pace = math.sqrt(lower.hold.value / k)
     whose = "the paper's rig" if rig is None else "the given rig"
-    alike = damping > 0.0 and 0.4 < pace / damping < 2.5
-    alike = alike and upper.damping.is_sure(3.0)
-    if alike and _is_off(damping, rig) and _is_off(pace, rig):
-        return "clock", (
-            f"everything runs {pace:.3g} times as fast as on {whose}; if it is not another rig, "
-            "the clock is in another unit or at another rate than it says: --map t=t:UNIT"
-        )
-    highest = damping + 3.0 * upper.damping.spread / bu if bu else 1.0
+    highest = (upper.damping.value + 3.0 * upper.damping.spread) / bu if bu > 0.0 else 1.0
     if damping < 0.25 * pace and highest < 0.5 * pace and is_varied(s.u):
         return "current", (
             f"the upper disc has only {100 * max(damping, 0.0):.0f} % of the damping that a motor "
             "at a voltage has; the column u looks like a current: record the voltage"
         )
-    if _is_off(drive, rig):
-        text = f"a volt moves the upper disc {drive:.3g} times as much as on {whose}"
-        return "unit", f"{text}; {_named_common(drive)}"
+    if not upper.damping.is_sure(2.5) or damping <= 0.0:
+        return None
+    gain = drive / damping
+    alike = 0.4 < pace / damping < 2.5 and (string or 0.4 < gain / pace < 2.5)
+    if alike and _is_off(damping, rig) and _is_off(pace, rig):
+        return "clock", (
+            f"everything runs {pace:.3g} times as fast as on {whose}; if it is not another rig, "
+            "the clock is in another unit or at another rate than it says: --map t=t:UNIT"
+        )
+    same_side = (drive - 1.0) * (gain - 1.0) > 0.0 or not upper.drive.is_sure()
+    if _is_off(gain, rig) and same_side:
+        text = f"a volt turns the upper disc {gain:.3g} times as fast as on {whose}"
+        return "unit", f"{text}; {_named_common(gain)}"
     return None
 
 

@@ -84,7 +84,9 @@ def stick_free(rig: Rig, to_volts: float) -> StickFree:
             if point.cycle.stable and point.cycle.min > 0.0 and point.cycle.parameter <= to_volts
         ]  # fmt: skip
         grid = np.linspace(rig.breakaway_voltage, to_volts, _RUNS + 2)[1:-1]
-        motions = tuple((float(v), _motion(rig, float(v))) for v in grid)
+        motions: tuple[tuple[float, Motion], ...] = tuple(
+            (float(v), _motion(rig, float(v))) for v in grid
+        )
         widest = max(cycles, key=lambda c: c.max - c.min, default=None)
         held = widest is not None and _holds(rig, widest.parameter, widest.state)
     volts = [c.parameter for c in cycles]

@@ -14,16 +14,14 @@ from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.identification.estimate import Estimate
 from drill_env.identification.noise import NoiseModel
-from drill_env.identification.noise_fit import noise_step
+from drill_env.identification.noise_of_recording import estimated_noise, settled_starts
 from drill_env.identification.prediction_error import (
     Samples,
-    Score,
     Trace,
     prepare,
-    score,
     trace_of,
 )
-from drill_env.identification.replay import ReplayResult, replay
+from drill_env.identification.replay import ReplayResult, channel_errors, replay, run_pieces
 from drill_env.identification.whiteness import Whiteness, whiteness
 from drill_env.parameters import Rig
 from drill_env.recordings import Channel, Recording
@@ -31,10 +29,10 @@ from drill_env.recordings import Channel, Recording
 HORIZON = 5.0
 """Length of a prediction, s."""
 
-_START_ROUNDS = 5
-_ENOUGH = 0.1
 # Of each of six tests: then about one true rig in a hundred is called wrong.
 _DOUBT = 0.001
+# Of a disc at rest all samples hold one and the same rounding error: they are no dice.
+_SHARED = 8.0
 _SIZES = (0.8, 1.25)
 _CHANNELS: tuple[Channel, Channel] = ("theta_u", "theta_l")
 
@@ -52,7 +50,8 @@ class Validation:
             which the encoders agree, as the filter estimates them, shape (5,).
         replay: free run from `start` and predictions from the filter's states.
         trace: the filter's pass.
-        residuals: tests of the standardised innovations by channel.
+        residuals: tests of the standardised innovations by channel, but for samples that show
+            the same count as 8 neighbours.
     """
 
     recording: Recording
@@ -73,7 +72,7 @@ class Validation:
     def verdict(self) -> str:
         """What the innovations still hold, in words: "white", "left-over near 0.25 Hz", ..."""
         if not self.residuals:
-            return "too short to judge"
+            return "too short, or too long at rest, to judge"
         found = [text for name, test in self.residuals.items() for text in _findings(name, test)]
         return "; ".join(found) or "white"
 
@@ -107,16 +106,18 @@ def validate(recording: Recording, rig: Rig, noise: NoiseModel | None = None) ->
     if noise is None:
         found, starts = estimated_noise(samples, rig)
     else:
-        found, starts = noise, _settled_starts(samples, rig, noise, samples.starts)
+        found, starts = noise, settled_starts(samples, rig, noise)
     trace = trace_of(samples, rig, found, starts)
-    if not np.isfinite(trace.state).all() or not trace.variance.any(axis=1)[-1]:
+    sound = bool(np.isfinite(trace.state).all()) and _reaches_end(samples, trace)
+    result = _replayed(samples, rig, starts, trace) if sound else None
+    if result is None or not all(math.isfinite(e.rms) for e in result.errors.values()):
         raise InputError(
             f"{recording.source}: the rig's motion runs away under this voltage; check its "
             "parameters and the recording's units and signs"
         )
     return Validation(
         recording=recording, rig=rig, noise=found, noise_estimated=noise is None,
-        start=starts[0], replay=_replayed(recording, rig, starts[0], trace), trace=trace,
+        start=starts[0], replay=result, trace=trace,
         residuals=_residuals(samples, trace),
     )  # fmt: skip
 
@@ -138,79 +139,45 @@ def validate_estimate(estimate: Estimate, holdout: Sequence[Recording] = ()) -> 
     return [validate(recording, estimate.rig, noise) for recording, noise in jobs]
 
 
-def estimated_noise(
-    samples: Samples, rig: Rig, noise: NoiseModel | None = None, *, rounds: int = 15
-) -> tuple[NoiseModel, FloatArray]:
-    """Noise and starts of one recording of greatest likelihood, the rig held.
-
-    Args:
-        samples: from `prepare`.
-        rig: parameters.
-        noise: where to begin.
-        rounds: at most.
-
-    Returns:
-        The noise, and starts as `Samples.starts`, shape (m, 5).
-    """
-    noise = noise or _first_noise(samples.recording)
-    starts = _settled_starts(samples, rig, noise, samples.starts)
-    value = score(samples, rig, noise, starts).value
-    for _ in range(rounds):
-        there = noise_step([samples], [starts], rig, noise)
-        moved = _settled_starts(samples, rig, there, starts)
-        reached = score(samples, rig, there, moved).value
-        if not reached < value:
-            break
-        gain, noise, starts, value = value - reached, there, moved, reached
-        if gain < _ENOUGH:
-            break
-    return noise, starts
+def _reaches_end(samples: Samples, trace: Trace) -> bool:
+    """Whether the filter took the last sample in: it stops where the integrator fails."""
+    measured = np.flatnonzero(np.isfinite(samples.angles).any(axis=1))
+    return len(measured) == 0 or bool(np.any(trace.variance[measured[-1]] > 0.0))
 
 
-def _first_noise(recording: Recording) -> NoiseModel:
-    steps = {
-        "encoder_u": recording.quanta.get("theta_u"),
-        "encoder_l": recording.quanta.get("theta_l"),
-    }
-    known = {name: step / math.sqrt(12.0) for name, step in steps.items() if step}
-    return replace(NoiseModel(), **known)
-
-
-def _settled_starts(
-    samples: Samples, rig: Rig, noise: NoiseModel, starts: FloatArray
-) -> FloatArray:
-    here: Score = score(samples, rig, noise, starts)
-    for _ in range(_START_ROUNDS):
-        there = score(samples, rig, noise, starts + here.start_step)
-        if not there.value < here.value:
-            break
-        starts = starts + here.start_step
-        gain, here = here.value - there.value, there
-        if gain < _ENOUGH:
-            break
-    return starts
-
-
-def _replayed(recording: Recording, rig: Rig, start: FloatArray, trace: Trace) -> ReplayResult:
-    offset = float(start[4])
-    shifted = recording
-    if recording.theta_u is not None and offset != 0.0:
-        # The replay knows of no encoder offset: measure theta_u from where the string is slack.
-        shifted = replace(recording, theta_u=recording.theta_u + offset)
-    initial = start[:4] + np.array([offset, 0.0, 0.0, 0.0])
-    done = replay(shifted, rig, initial=initial, states=trace.state[:, :4], horizon=HORIZON)
-    back = {"theta_u": offset, "theta_l": 0.0}
+def _replayed(samples: Samples, rig: Rig, starts: FloatArray, trace: Trace) -> ReplayResult:
+    """Free run and predictions; both begin anew behind a gap, where the voltage is not known."""
+    recording, rows = samples.recording, samples.restarts
+    t, ends = samples.t, [*samples.restarts[1:].tolist(), len(samples.t)]
+    states = trace.state[:, :4].copy()
+    states[rows] = starts[:, :4]
+    states[rows, 0] += starts[:, 4]
+    spans = [
+        a + np.searchsorted(t[a:b], np.arange(float(t[a]), float(t[b - 1]), HORIZON) - 1e-9)
+        for a, b in zip(rows.tolist(), ends, strict=True)
+    ]
+    shorter = np.unique(np.concatenate([rows, *spans]))
+    # A replay knows of no encoder offset: theta_u is read where the string was slack.
+    offset = np.repeat(starts[:, 4], np.diff([*rows.tolist(), len(t)]))
+    free = run_pieces(recording, rig, rows, states[rows])
+    short = run_pieces(recording, rig, shorter, states[shorter])
+    done = replay(recording, rig, initial=states[0], horizon=HORIZON)
+    for angles in (free, short):
+        angles["theta_u"] = angles["theta_u"] - offset
+    simulated: dict[Channel, FloatArray] = {name: free[name] for name in done.simulated}
+    predicted: dict[Channel, FloatArray] = {name: short[name] for name in done.simulated}
     return replace(
-        done, recording=recording,
-        simulated={name: values - back[name] for name, values in done.simulated.items()},
-        predicted={name: values - back[name] for name, values in done.predicted.items()},
+        done, simulated=simulated, errors=channel_errors(recording, simulated),
+        predicted=predicted, prediction_errors=channel_errors(recording, predicted),
     )  # fmt: skip
 
 
 def _residuals(samples: Samples, trace: Trace) -> dict[Channel, Whiteness]:
     tests: dict[Channel, Whiteness] = {}
     for i, name in enumerate(_CHANNELS):
-        found = whiteness(trace.standardised[:, i], samples.u, samples.recording.interval)
+        alone = samples.repeats[:, i] <= _SHARED
+        errors = np.where(alone, trace.standardised[:, i], math.nan)
+        found = whiteness(errors, samples.u, samples.recording.interval)
         if found is not None:
             tests[name] = found
     return tests

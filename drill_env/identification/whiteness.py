@@ -109,7 +109,7 @@ def whiteness(errors: FloatArray, u: FloatArray, interval: float) -> Whiteness |
     band = _NORMAL_95 / math.sqrt(count)
     hz, peak, p_peak = _peak(e, interval)
     cross, p_cross = _voltage(e, used, u, m)
-    lags = interval * np.arange(-m, m + 1)
+    lags: FloatArray = interval * np.arange(-m, m + 1, dtype=np.float64)
     behind = cross[m + 1 :]
     largest = int(np.abs(behind).argmax()) if len(behind) else 0
     return Whiteness(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import plotly.graph_objects as go
+from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
 from drill_env._errors import InputError
-from drill_env._types import FloatArray
+from drill_env._types import FloatArray, IntArray
 from drill_env.friction import lower_curve
 from drill_env.identification.estimate import Estimate
 from drill_env.identification.validation import Validation
@@ -167,7 +168,7 @@ def _stride(size: int) -> slice:
     return slice(None, None, max(1, -(-size // _POINTS)))
 
 
-def _extremes(values: FloatArray) -> FloatArray:
+def _extremes(values: FloatArray) -> IntArray:
     """Rows of the largest size in each of many spans: a stride would miss the peaks."""
     edges = np.unique(np.linspace(0, len(values), min(len(values), _POINTS) + 1).astype(int))
     sizes = np.abs(values)
@@ -176,5 +177,5 @@ def _extremes(values: FloatArray) -> FloatArray:
     )
 
 
-def _short(values: FloatArray) -> FloatArray:
+def _short(values: FloatArray) -> NDArray[np.float32]:
     return np.asarray(values, dtype=np.float32)

@@ -1,0 +1,72 @@
+"""Noise and starts of one recording of greatest likelihood while the rig is held."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from drill_env._types import FloatArray
+from drill_env.identification.noise import NoiseModel
+from drill_env.identification.noise_fit import noise_step
+from drill_env.identification.prediction_error import Samples, Score, score
+from drill_env.parameters import Rig
+from drill_env.recordings import Recording
+
+_START_ROUNDS = 5
+# Of minus twice the log likelihood: nothing that a test would notice.
+_ENOUGH = 0.1
+
+
+def estimated_noise(
+    samples: Samples, rig: Rig, noise: NoiseModel | None = None, *, rounds: int = 15
+) -> tuple[NoiseModel, FloatArray]:
+    """Noise and starts of one recording of greatest likelihood, the rig held.
+
+    Args:
+        samples: from `prepare`.
+        rig: parameters.
+        noise: where to begin.
+        rounds: at most.
+
+    Returns:
+        The noise, and starts as `Samples.starts`, shape (m, 5).
+    """
+    noise = noise or _first_noise(samples.recording)
+    starts = settled_starts(samples, rig, noise)
+    value = score(samples, rig, noise, starts).value
+    for _ in range(rounds):
+        there = noise_step([samples], [starts], rig, noise)
+        moved = settled_starts(samples, rig, there, starts)
+        reached = score(samples, rig, there, moved).value
+        if not reached < value:
+            break
+        gain, noise, starts, value = value - reached, there, moved, reached
+        if gain < _ENOUGH:
+            break
+    return noise, starts
+
+
+def _first_noise(recording: Recording) -> NoiseModel:
+    steps = {
+        "encoder_u": recording.quanta.get("theta_u"),
+        "encoder_l": recording.quanta.get("theta_l"),
+    }
+    known = {name: step / math.sqrt(12.0) for name, step in steps.items() if step}
+    return replace(NoiseModel(), **known)
+
+
+def settled_starts(
+    samples: Samples, rig: Rig, noise: NoiseModel, starts: FloatArray | None = None
+) -> FloatArray:
+    """Starts of greatest likelihood, rig and noise held, as `Samples.starts`."""
+    starts = samples.starts if starts is None else starts
+    here: Score = score(samples, rig, noise, starts)
+    for _ in range(_START_ROUNDS):
+        there = score(samples, rig, noise, starts + here.start_step)
+        if not there.value < here.value:
+            break
+        starts = starts + here.start_step
+        gain, here = here.value - there.value, there
+        if gain < _ENOUGH:
+            break
+    return starts
