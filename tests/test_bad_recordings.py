@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from bad_recordings import BOTH, PHYSICAL, closed_loop, noisy, recording_of, simulated
+from bad_recordings import BOTH, PHYSICAL, closed_loop, disc_alone, noisy, recording_of, simulated
 
 from drill_env import InputError, Rig
 from drill_env.identification.screening import FATAL, findings, screen
@@ -169,6 +169,8 @@ def test_clean_recordings_raise_no_alarm(kind):
         assert findings(recording_of(c)) == findings(recording_of(c), rig) == ()
         alone = {name: c[name] for name in ("t", "u", "theta_u")}
         assert findings(recording_of(alone)) == ()
+        disc = recording_of(disc_alone(seed))
+        assert findings(disc, alone=True) == findings(disc) == ()
         lower = {name: c[name] for name in ("t", "u", "theta_l")}
         assert findings(recording_of(lower)) == ()
 

@@ -172,7 +172,7 @@ def test_constant_voltage_and_one_channel_are_judged_too():
     assert math.isnan(found.residuals["theta_l"].p_cross)
     assert found.as_dict()["residuals"]["theta_l"]["voltage"] is None
     with pytest.raises(InputError, match="runs away"):
-        validate(recording, RIG.replace(bl=-0.5), NOISE)
+        validate(recorded(30)[0], RIG.replace(bl=-0.5), NOISE)
     with pytest.raises(InputError, match="no column"):
         validate(replace(recording, u=None), RIG, NOISE)
 

@@ -184,10 +184,11 @@ def _show(plan: Plan) -> None:
     for name in ("value", "now +-", "expected +-", "narrower by"):
         table.add_column(name, justify="right")
     for name, entry in found["parameters"].items():
+        now, after = entry["half_width"], entry["expected_half_width"]
         about = "~" if entry["rough"] else ""
         table.add_row(
-            name, f"{entry['value']:.5g}", f"{entry['half_width']:.2g}",
-            f"{about}{entry['expected_half_width']:.2g}", f"{entry['half_width'] / entry['expected_half_width']:.3g}x",
+            name, f"{entry['value']:.5g}", f"{now:.2g}", f"{about}{after:.2g}",
+            f"{about}{now / after:.3g}x",
         )  # fmt: skip
     show(table)
     if plan.rough:

@@ -41,9 +41,9 @@ def find_alternative(recording: Recording) -> RecordingWarning | None:
     return _clock(recording) or _velocities(recording, s) or _swapped(recording)
 
 
-def _is_rig(s: Smoothed | None, need_varied: bool = True) -> bool:
+def _is_rig(s: Smoothed | None) -> bool:
     """Whether both equations explain the motion, all signs are right and the motor drives."""
-    if s is None or (need_varied and not is_varied(s.u)):
+    if s is None or not is_varied(s.u):
         return False
     upper, lower = fit_upper(s), fit_lower(s)
     if upper is None or lower is None or upper.share < 0.9 or lower.share < 0.7:
@@ -52,7 +52,7 @@ def _is_rig(s: Smoothed | None, need_varied: bool = True) -> bool:
     if signs != (1, 1, 1, 1) or lower.hold.value < upper.hold.value:
         return False
     alike = abs(math.log(lower.pull.value / lower.hold.value)) < math.log(1.25)
-    return alike and (upper.driven > 0.6 or not is_varied(s.u))
+    return alike and upper.driven > 0.6
 
 
 def _swapped(recording: Recording) -> RecordingWarning | None:
@@ -75,7 +75,7 @@ def _velocities(recording: Recording, s: Smoothed | None) -> RecordingWarning | 
     if s is None or float(np.ptp(s.theta)) > _FASTEST_COLUMN:
         return None
     angles = np.cumsum(s.theta, axis=1) * grid_step(recording)
-    if not _is_rig(Smoothed(s.u, angles, s.theta, s.omega), need_varied=False):
+    if not _is_rig(Smoothed(s.u, angles, s.theta, s.omega, np.zeros(2))):
         return None
     text = (
         f"{recording.source}: theta_u and theta_l fit the rig as velocities, not as angles; map "

@@ -43,7 +43,7 @@ def estimate_document(estimate: Estimate, level: float = _LEVEL) -> dict[str, An
         "level": level,
         "intervals": estimate.intervals(level),
         "covariance": estimate.covariance.tolist(),
-        "information": point.information.tolist(),
+        "information": known.information.tolist(),
         "noise": [dataclasses.asdict(model) for model in estimate.noise],
         "encoder_steps": dict(known.quanta),
         "value": point.value,

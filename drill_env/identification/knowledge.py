@@ -37,8 +37,7 @@ class Knowledge:
     Attributes:
         rig: the estimate.
         free: names of the estimated parameters, in the order of `SYMBOLS`.
-        information: expected curvature of half of minus twice the log likelihood in
-            `Coordinates`, shape (free, free).
+        information: inverse of the covariance in `coordinates`, shape (free, free).
         noise: of the next recording.
         quanta: angles to be recorded, and the step of each encoder in rad (0 for none).
         sources: recordings behind it.
@@ -82,7 +81,7 @@ def knowledge_of(estimate: Estimate) -> Knowledge:
     return Knowledge(
         rig=estimate.rig,
         free=estimate.free,
-        information=estimate.point.information,
+        information=inverse(estimate.coordinate_covariance),
         noise=typical_noise(estimate.noise),
         quanta=quanta,
         sources=tuple(s.recording.source for s in estimate.problem.samples),

@@ -109,7 +109,7 @@ class LawComparison:
         gap = self.gap(fit.law)
         rank = "has the lowest BIC" if gap <= 0 else f"has a BIC {gap:.0f} higher"
         if fit.vibration is None:
-            return f"{fit.law} {rank}; {fit.remark}."
+            return f"The {fit.law} law {rank}; {fit.remark}."
         if fit.vibration.exists and fit.vibration.volts:
             low, high = fit.vibration.volts
             can = f"makes stick-free vibration (from {low:.2f} to {high:.2f} V)"
@@ -119,7 +119,7 @@ class LawComparison:
             can = "makes vibration only with standstill or reversal of the lower disc"
         else:
             can = f"makes no lasting vibration up to {self.to_volts:.3g} V"
-        return f"{fit.law} {rank} and {can}."
+        return f"The {fit.law} law {rank} and {can}."
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""

@@ -64,7 +64,8 @@ def screen(
         recording: with u and at least one angle; gaps and missing samples are skipped.
         rig: the rig if it is known, not a mere starting guess; sizes are then held against
             it, too.
-        alone: the upper disc was alone, as in stage 1; theta_l is left out of account.
+        alone: the upper disc was alone, as in stage 1, and theta_l says nothing. Without theta_l
+            and this, a shifted voltage or one of another run cannot be told.
 
     Returns:
         The remarks; none for a sound recording.
@@ -108,14 +109,14 @@ def findings(
         return tuple(check_rows(recording))
     other = find_alternative(recording)
     notes = check_rows(recording) if other is None else [other]
-    # Across a jump every derivative is wrong, so the physics would name the wrong thing.
+    # Across a jump every derivative is wrong.
     if notes or recording.has_note("jump"):
         return tuple(notes)
-    found = _physics(recording, rig)
+    found = _physics(recording, rig, alone)
     return () if found is None else (found,)
 
 
-def _physics(recording: Recording, rig: Rig | None) -> RecordingWarning | None:
+def _physics(recording: Recording, rig: Rig | None, alone: bool) -> RecordingWarning | None:
     if recording.theta_u is None:
         return _lower_alone(recording)
     s = smoothed(recording)
@@ -124,7 +125,9 @@ def _physics(recording: Recording, rig: Rig | None) -> RecordingWarning | None:
         return None
     lower = None if recording.theta_l is None else fit_lower(s)
     case = _Case(recording, s, upper, lower)
-    for check in (_swapped, _shifted, _signs, _unrelated):
+    # A string whose other end is not seen disturbs the disc like a wrong voltage.
+    whole = alone or recording.theta_l is not None
+    for check in (_swapped, _shifted, _signs, _unrelated) if whole else (_signs,):
         note = check(case)
         if note is not None:
             return note
@@ -245,5 +248,5 @@ def _lower_alone(recording: Recording) -> RecordingWarning | None:
     s = smoothed(recording, 0.2)
     if s is None or len(s.u) < 200 or _power(s.u, s.omega[1]) > -_POWER:
         return None
-    text = "the lower disc turns against the voltage: the sign of u or theta_l is flipped"
-    return RecordingWarning("sign", f"{recording.source}: {text}; turn one with --map u=u:-1")
+    text = "the sign of u or theta_l is flipped (the disc turns back); turn one with --map u=u:-1"
+    return RecordingWarning("sign", f"{recording.source}: {text}")

@@ -21,6 +21,7 @@ _SHORTEST = 2.0
 _BRIDGED = 0.1
 _SLOW_UPPER, _SLOW_LOWER = 0.3, 0.5
 _FEWEST = 40
+_VARIED = 0.1
 # Neighbouring residuals are alike, since the cut-off lies far below the kept rate.
 _SPREAD = 2.0
 
@@ -34,12 +35,14 @@ class Smoothed:
         theta: angles of the two discs in rad, shape (2, n).
         omega: velocities in rad/s, shape (2, n).
         alpha: accelerations in rad/s^2, shape (2, n).
+        noise: what the encoder's steps alone can make of the accelerations, rad/s^2, shape (2,).
     """
 
     u: FloatArray
     theta: FloatArray
     omega: FloatArray
     alpha: FloatArray
+    noise: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +120,10 @@ def smoothed(recording: Recording, cutoff: float = _CUTOFF) -> Smoothed | None:
     if not pieces:
         return None
     joined = np.concatenate(pieces, axis=1)
-    return Smoothed(joined[0], joined[1:3], joined[3:5], joined[5:7])
+    quanta = [recording.quanta.get(name, 0.0) for name in ("theta_u", "theta_l")]
+    # At worst all of the rounding swings at the cut-off.
+    noise = np.array(quanta) / math.sqrt(12.0) * (2.0 * math.pi * cutoff) ** 2
+    return Smoothed(joined[0], joined[1:3], joined[3:5], joined[5:7], noise)
 
 
 def grid_step(recording: Recording) -> float:
@@ -170,7 +176,7 @@ def fit_upper(s: Smoothed, upper: int = 0, lag: int = 0, margin: int = 0) -> Upp
         columns += [sign, ones]
     elif np.ptp(sign[moving]) > 0:
         columns += [sign]
-    terms, share = _least_squares(columns, s.alpha[upper], moving)
+    terms, share = _least_squares(columns, s.alpha[upper], moving, s.noise[upper])
     string = terms[3].value * other - terms[2].value * own
     parts = [float(np.std(x[moving])) for x in (terms[0].value * u, string)]
     return UpperFit(terms[0], terms[1], terms[2], share, parts[0] / max(sum(parts), 1e-300))
@@ -184,7 +190,7 @@ def _is_moving(omega: FloatArray, limit: float) -> BoolArray:
 
 def is_varied(u: FloatArray) -> bool:
     """Whether a voltage changes enough to tell its effect from a constant's."""
-    return float(np.std(u)) > 0.02 * math.sqrt(float(np.mean(u**2)) + 1e-300)
+    return float(np.std(u)) > _VARIED * math.sqrt(float(np.mean(u**2)) + 1e-300)
 
 
 def fit_lower(s: Smoothed, lower: int = 1) -> LowerFit | None:
@@ -201,12 +207,12 @@ def fit_lower(s: Smoothed, lower: int = 1) -> LowerFit | None:
     sign, speed = np.sign(omega), np.abs(omega)
     friction = [sign, sign * np.tanh(3.0 * speed), omega, omega * speed, np.ones_like(omega)]
     columns = [s.theta[1 - lower], -s.theta[lower], *friction]
-    terms, share = _least_squares(columns, s.alpha[lower], moving)
+    terms, share = _least_squares(columns, s.alpha[lower], moving, s.noise[lower])
     return LowerFit(terms[0], terms[1], share)
 
 
 def _least_squares(
-    columns: list[FloatArray], y: FloatArray, rows: BoolArray
+    columns: list[FloatArray], y: FloatArray, rows: BoolArray, noise: float
 ) -> tuple[list[Term], float]:
     x, y = np.stack(columns, axis=1)[rows], y[rows]
     size = np.sqrt(np.mean(x**2, axis=0)) + 1e-300
@@ -214,7 +220,7 @@ def _least_squares(
     values = np.linalg.lstsq(x, y, rcond=1e-9)[0]
     left = float(np.sum((y - x @ values) ** 2))
     freedom = max(len(y) - len(columns), 1)
-    covariance = np.linalg.pinv(x.T @ x, rcond=1e-14) * left / freedom
+    covariance = np.linalg.pinv(x.T @ x, rcond=1e-14) * (left / freedom + noise**2)
     spreads = _SPREAD * np.sqrt(np.maximum(np.diag(covariance), 0.0)) / size
     terms = [Term(float(v), float(d)) for v, d in zip(values / size, spreads, strict=True)]
     return terms, 1.0 - left / max(float(np.sum(y**2)), 1e-300)

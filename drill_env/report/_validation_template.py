@@ -13,7 +13,8 @@ table{border-collapse:collapse;font-size:.9rem}
 td,th{padding:.2rem .6rem;border-bottom:1px solid #ddd;text-align:right;white-space:nowrap}
 td.l,th.l{text-align:left}
 td.w{text-align:left;white-space:normal;min-width:14rem;overflow-wrap:anywhere}
-.wide{overflow-x:auto}
+td.n{text-align:left;white-space:normal;min-width:7rem;max-width:14rem;overflow-wrap:anywhere}
+.wide{overflow-x:auto;margin-top:.5rem}
 section{border-top:2px solid #ccc;margin-top:1.5rem}
 h2,h3{overflow-wrap:anywhere}
 .good{color:#176b34}.bad{color:#a32020}
@@ -32,7 +33,7 @@ adds to a prediction from all before it; their size is 1 if the noise explains t
 <th>free run, rad</th><th>of range</th><th>5 s, rad</th><th>of range</th><th>innovations</th>
 <th class="l">left over</th></tr>
 {% for r in recordings %}{% set anchor = loop.index0 %}{% for e in r.errors %}<tr>
-{% if loop.first %}<td class="l" rowspan="{{ r.errors|length }}"><a
+{% if loop.first %}<td class="n" rowspan="{{ r.errors|length }}"><a
 href="#r{{ anchor }}">{{ r.name }}</a></td>
 <td class="l" rowspan="{{ r.errors|length }}">{{ r.role }}</td>{% endif %}
 <td>{{ e.channel }}</td><td>{{ e.free }}</td><td>{{ e.free_share }}</td><td>{{ e.predicted }}</td>

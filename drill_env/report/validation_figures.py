@@ -33,7 +33,7 @@ def correlation_figure(estimate: Estimate) -> go.Figure:
         )
     )  # fmt: skip
     figure.update_yaxes(autorange="reversed")
-    return _sized(figure, 420)
+    return _sized(figure, 420).update_layout(margin={"b": 60})
 
 
 def friction_band(
@@ -147,7 +147,7 @@ def correlation_curves(validation: Validation, *, voltage: bool) -> go.Figure:
     figure.update_yaxes(range=[-edge, edge], title_text="correlation")
     title = "lag behind the voltage [s]" if voltage else "lag [s]"
     figure.update_xaxes(title_text=title)
-    return _sized(figure, 300)
+    return _sized(figure, 330)
 
 
 def _curve(test: Whiteness, *, voltage: bool) -> tuple[FloatArray, FloatArray]:
@@ -157,9 +157,10 @@ def _curve(test: Whiteness, *, voltage: bool) -> tuple[FloatArray, FloatArray]:
 
 
 def _sized(figure: go.Figure, height: int) -> go.Figure:
+    # Room for a legend that a narrow screen breaks into lines.
     figure.update_layout(
-        height=height, margin={"t": 36, "l": 56, "r": 12, "b": 44}, template="plotly_white",
-        legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0.0},
+        height=height, margin={"t": 12, "l": 56, "r": 12, "b": 100}, template="plotly_white",
+        legend={"orientation": "h", "yref": "container", "y": 0.0, "yanchor": "bottom", "x": 0.0},
     )  # fmt: skip
     return figure
 

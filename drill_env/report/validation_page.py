@@ -109,7 +109,9 @@ def save_validation_page(
 
 def _html(figure: go.Figure) -> str:
     return figure.to_html(
-        full_html=False, include_plotlyjs=False, config={"responsive": True, "displaylogo": False}
+        full_html=False,
+        include_plotlyjs=False,
+        config={"responsive": True, "displayModeBar": False},
     )
 
 
@@ -131,7 +133,8 @@ def _parameter_rows(estimate: Estimate) -> list[dict[str, str]]:
         value = getattr(estimate.rig, name)
         if name in intervals:
             low, high = intervals[name]
-            width = f"{50.0 * (high - low) / abs(value):.2g} %" if value else ""
+            share = 50.0 * (high - low) / abs(value) if value else math.nan
+            width = f"{share:.0f} %" if share >= 10.0 else _percent(share)
             between = f"{low:.5g} … {high:.5g}"
         elif name in active_names(estimate.rig):
             between, width = "given", ""
@@ -169,17 +172,17 @@ def _errors(validation: Validation) -> dict[str, Any]:
             {
                 "channel": name,
                 "free": f"{error.rms:.3g}",
-                "free_share": _share(error.percent),
+                "free_share": _percent(error.percent),
                 "predicted": f"{short.rms:.3g}",
-                "predicted_share": _share(short.percent),
+                "predicted_share": _percent(short.percent),
                 "size": f"{tests[name].rms:.3f}" if name in tests else "",
             }
         )
     return {"errors": rows}
 
 
-def _share(percent: float) -> str:
-    return f"{percent:.3g} %" if math.isfinite(percent) else ""
+def _percent(value: float) -> str:
+    return f"{value:.2g} %" if math.isfinite(value) else ""
 
 
 def _section(estimate: Estimate, validation: Validation) -> dict[str, Any]:
