@@ -149,7 +149,8 @@ def rig_step(problem: Problem, here: Point, damping: float) -> tuple[Point, floa
     scale = np.diag(np.diag(here.information) + 1e-12)
     reach = problem.coordinates.reach(here.vector)
     for _ in range(_TRIES):
-        step = np.linalg.lstsq(here.information + damping * scale, here.gradient, rcond=1e-14)[0]
+        damped = here.information + damping * scale
+        step = np.asarray(np.linalg.lstsq(damped, here.gradient, rcond=1e-14)[0], dtype=np.float64)
         step /= max(1.0, float((np.abs(step) / reach).max()))
         try:
             starts = moved_starts(here, step)

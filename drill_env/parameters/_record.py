@@ -29,7 +29,6 @@ LAWS = ("humped", "stribeck", "coulomb")
 HUMPED, STRIBECK, COULOMB = range(len(LAWS))
 
 # The reciprocals are stored because a division costs a quarter of the friction law.
-_FIELDS: list[tuple[str, Any]] = [
-    (name, "f8") for name in (*NAMES, "load_u", "load_l", "per_Ju", "per_Jl", "clamp_low", "clamp_high")
-]
+_OTHERS = ("load_u", "load_l", "per_Ju", "per_Jl", "clamp_low", "clamp_high")
+_FIELDS: list[tuple[str, Any]] = [(name, "f8") for name in (*NAMES, *_OTHERS)]
 PARAMETERS = np.dtype([*_FIELDS, ("law", "i8"), ("clamp", "i8"), ("locked", "i8")], align=True)

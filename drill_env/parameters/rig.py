@@ -127,7 +127,8 @@ class Rig:
         values = [getattr(self, name) for name in NAMES]
         reciprocals = [1.0 / self.Ju, 1.0 / self.Jl]
         flags = [LAWS.index(self.friction), self.clamp, self.inertias == 1]
-        return np.array([(*values, 0.0, 0.0, *reciprocals, np.inf, np.inf, *flags)], dtype=PARAMETERS)
+        loads, clamp = (0.0, 0.0), (np.inf, np.inf)
+        return np.array([(*values, *loads, *reciprocals, *clamp, *flags)], dtype=PARAMETERS)
 
     @property
     def breakaway_voltage(self) -> float:
