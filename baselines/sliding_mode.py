@@ -1,8 +1,6 @@
 """Sliding-mode control of both speeds.
 
-Navarro-Lopez and Cortes, IEEE Transactions on Control Systems Technology / SIAM meetings on
-drill strings (2007): Avoiding harmful oscillations in a drillstring through dynamical analysis,
-Journal of Sound and Vibration 307 (2007) 152-171.
+Navarro-Lopez and Cortes, Journal of Sound and Vibration 307 (2007) 152-171.
 """
 
 from __future__ import annotations
@@ -22,8 +20,8 @@ class SlidingMode:
     voltage holds s' = 0 on the nominal rig; a boundary layer replaces the sign, as a sampled
     voltage would chatter.
 
-    Rule: rate = wn / `impedance`; in the layer s decays at `reach`, and the switching part
-    is `grip` volts deep.
+    The rate is wn / `impedance`; in the layer s decays at `reach`, and the switching part is
+    `grip` volts deep.
 
     Args:
         config: environment; its rig is the design model.

@@ -24,8 +24,7 @@ class ZTorque:
 
     Args:
         config: environment; its rig is the design model.
-        impedance: Z in units of Z0 = sqrt(ktheta Jl); the rule is 2, half the matched
-            string's reflection left, as a full match cannot be had through the lag.
+        impedance: Z in units of Z0 = sqrt(ktheta Jl).
         corner: of the high-pass, in units of the natural frequency.
         smoothing: time constant of the torque's low-pass, s.
     """

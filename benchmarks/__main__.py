@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-SCRIPTS = ("integrator_speed", "environment_speed", "bifurcation_speed")
+SCRIPTS = ("integrator_speed", "environment_speed", "bifurcation_speed", "identification_speed")
 
 
 def main() -> int:

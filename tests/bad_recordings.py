@@ -1,7 +1,7 @@
 """Simulated recordings and the ways to spoil them; run as a script it measures the screening.
 
-`python tests/bad_recordings.py 24` prints how often 24 spoilt recordings of each kind are
-named, and how many clean ones raise a false alarm.
+`python tests/bad_recordings.py 24 7` prints how often 24 spoilt recordings of each kind are
+named, and how many clean ones raise a false alarm; 7 picks the seeds.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def simulated(seed, kind=None, rate=None, seconds=None, counts=8192, rig=None):
         omega = rng.uniform(-6, 6)
         initial = np.array([rng.uniform(-2, 2), omega + rng.normal(), omega + rng.normal(), 0.0])
     run = simulate(
-        rig, sampled_voltage(t, u), float(t[-1]), t_eval=t, initial=initial, rtol=1e-7, atol=1e-9
+        rig, sampled_voltage(t, u), float(t[-1]), t_eval=t, initial=initial, rtol=1e-9, atol=1e-11
     )
     zeros = rng.uniform(0, TURN, 2) * (rng.random() < 0.3)
     device = Encoder(counts_per_rev=counts, rate_hz=rate)
@@ -243,7 +243,7 @@ def closed_loop(seed, rate=100.0, seconds=20.0):
         seen = now
         u = float(np.clip(stiff * (target - speed) + soft * (now[0] - now[1]), -5, 5))
         rows.append((number / rate, u, *now))
-        run = simulate(rig, u, 1 / rate, rate=rate, initial=state, modes=modes, rtol=1e-7)
+        run = simulate(rig, u, 1 / rate, rate=rate, initial=state, modes=modes)
         state, modes = run.final_state, run.final_modes
     t, u, theta_u, theta_l = np.array(rows).T
     return {"t": t, "u": u, "theta_u": theta_u, "theta_l": theta_l}
@@ -270,11 +270,12 @@ def clean_sets(number):
         yield "closed loop", closed_loop(number)
 
 
-def main(trials):
+def main(trials, series):
+    first = 100_000 * series
     warnings.simplefilter("ignore")
     tried: Counter[str] = Counter()
     for number in range(5 * trials):
-        for what, c in clean_sets(number):
+        for what, c in clean_sets(first + number):
             tried[what] += 1
             for note in findings(recording_of(c), alone="upper disc" in what):
                 print(f"false alarm, {what}, number {number}: {note}")
@@ -283,8 +284,8 @@ def main(trials):
         codes = []
         named = 0
         for trial in range(trials):
-            rng = np.random.default_rng([3, trial])
-            c, rig = simulated(70_000 + trial, bad.kinds[trial % len(bad.kinds)])
+            rng = np.random.default_rng([3, series, trial])
+            c, rig = simulated(first + 70_000 + trial, bad.kinds[trial % len(bad.kinds)])
             notes = findings(recording_of(bad.spoil(c, rig, rng)))
             codes += [note.code for note in notes] or ["nothing"]
             named += any(note.code == bad.code and bad.says in str(note) for note in notes)
@@ -297,4 +298,4 @@ def main(trials):
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 24)
+    main(*(int(word) for word in sys.argv[1:]))

@@ -193,7 +193,7 @@ BAD = {
     "replay": (["replay", "none.csv"], ["none.csv", "check the path"]),
     "replay rig": (["replay", "good.csv", "--rig", "key.toml"], ["key.toml", "kthetta"]),
     "replay out": (["replay", "good.csv", "--out", "none/x.png"], ["none", "make it first"]),
-    "identify": (["identify", "good.csv"], ["--one-inertia"]),
+    "identify": (["identify", "good.csv"], ["scale of torque", "--fix"]),
     "identify file": (["identify", "none.csv", "--one-inertia"], ["none.csv", "check the path"]),
     "demo": (["demo", "--recordings", "none", "--out", "x"], ["none", "check the path"]),
 }

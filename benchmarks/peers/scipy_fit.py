@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 RTOL, ATOL = 1e-6, 1e-9
 # Of the logarithms: where truncation and the solver's own error are about equal.
 STEP = 1e-4
+# Of the logarithms, or shares of the rest; starts are 30 % off at most.
+REACH = 0.7
 LOGS = frozenset({"km", "Ju", "Tsu", "bu", "Jl", "ktheta", "Tsl", "beta1", "beta2"})
 
 
@@ -65,7 +67,8 @@ def _events(p: dict[str, float], su: int, sl: int, volts: Any) -> list[Any]:
 
 
 def _rest(torque: float, hold: float) -> int:
-    return 0 if abs(torque) <= hold else (1 if torque > 0.0 else -1)
+    # With a margin: a disc that has barely broken away may come back at once, for ever.
+    return 0 if abs(torque) <= hold * (1.0 + 1e-9) else (1 if torque > 0.0 else -1)
 
 
 def simulated(p: dict[str, float], measured: Measured) -> Array:
@@ -141,8 +144,11 @@ class Fit:
             calls += 1
             return self.residuals(vector)
 
+        first = self.vector(self.start)
+        # Without bounds a first step sends some parameters off by orders of magnitude.
+        reach = np.where([n in LOGS for n in self.free], REACH, REACH * np.abs(first))
         found = least_squares(
-            counted, self.vector(self.start), diff_step=STEP, x_scale="jac", method="trf",
-            max_nfev=most,
+            counted, first, diff_step=STEP, x_scale="jac", method="trf", max_nfev=most,
+            bounds=(first - reach, first + reach),
         )  # fmt: skip
         return found, calls

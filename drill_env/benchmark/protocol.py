@@ -164,10 +164,9 @@ def _reachable(plants: Plants, setpoints: FloatArray, config: EnvConfig) -> Bool
 @functools.cache
 def _code() -> str:
     """Hash of all code that a run depends on."""
-    import drill_env
     from drill_env import baselines
 
-    package = Path(drill_env.__file__).parent
+    package = Path(__file__).resolve().parents[1]
     folders = {"baselines": Path(baselines.__file__).parent}
     digest = hashlib.sha256(PLANTS_SHA256.encode())
     for name in _PHYSICS:

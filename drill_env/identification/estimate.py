@@ -219,9 +219,13 @@ def identify(
         name: min(max(getattr(best.rig, name), low), high)
         for name, (low, high) in problem.bounds.items()
     }
+    covariance = best.coordinate_covariance
+    if best.problem.torques:
+        # The errors of multiple shooting last for a window: no lag of the sandwich covers them.
+        covariance = sandwich_covariance(best.problem, best.point)
     return replace(
         best, rig=best.rig.replace(**inside), start_values=np.array(reached),
-        coordinate_covariance=sandwich_covariance(best.problem, best.point),
+        coordinate_covariance=covariance,
     )  # fmt: skip
 
 

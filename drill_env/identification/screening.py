@@ -38,6 +38,7 @@ FATAL = (
 
 _POWER = 0.5
 _LONGEST_SHIFT_S, _SHIFT_S = 2.0, 0.08
+# Beyond this a shift can only fit the noise.
 _EXPLAINED = 0.99
 _ALIKE = 1.5
 _SLOW_CUTOFF = 1.2
@@ -127,7 +128,7 @@ def _physics(recording: Recording, rig: Rig | None, alone: bool) -> RecordingWar
     case = _Case(recording, s, upper, lower)
     # A string whose other end is not seen disturbs the disc like a wrong voltage.
     whole = alone or recording.theta_l is not None
-    for check in (_swapped, _shifted, _signs, _unrelated) if whole else (_signs,):
+    for check in (_swapped, _shifted, _unrelated, _signs) if whole else (_signs,):
         note = check(case)
         if note is not None:
             return note
@@ -169,7 +170,6 @@ def _shifted(case: _Case) -> RecordingWarning | None:
     s, step = case.s, grid_step(case.recording)
     reach = min(round(_LONGEST_SHIFT_S / step), len(s.u) // 4)
     now = fit_upper(s, margin=reach) if is_varied(s.u) else None
-    # Where the equation explains nearly all, a shift can only fit the noise.
     if now is None or now.share > _EXPLAINED:
         return None
     best, lag = now, 0
@@ -209,15 +209,13 @@ def _signs(case: _Case) -> RecordingWarning | None:
 
 
 def _drive_sign(s: Smoothed, upper: UpperFit) -> int:
-    """Sign of the motor's effect; by the power it puts in where the voltage never changes."""
-    if is_varied(s.u):
-        return upper.drive.sign if upper.share > 0.3 else 0
+    """Sign of the motor's effect; by the power it puts in where the fit does not tell."""
+    if is_varied(s.u) and upper.share > 0.3 and upper.drive.sign:
+        return upper.drive.sign
     power = _power(s.u, s.omega[0])
-    if abs(power) < _POWER:
-        return 0
     # Power flows the wrong way when the time runs backwards, too; then friction drives.
     backwards = upper.damping.sign < 0 and upper.share > 0.3
-    return int(np.sign(power)) * (-1 if backwards else 1)
+    return 0 if abs(power) < _POWER else int(np.sign(power)) * (-1 if backwards else 1)
 
 
 def _power(u: FloatArray, omega: FloatArray) -> float:

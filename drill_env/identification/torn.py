@@ -22,6 +22,7 @@ _BRIDGED = 0.1
 _SLOW_UPPER, _SLOW_LOWER = 0.3, 0.5
 _FEWEST = 40
 _VARIED = 0.1
+_ROUNDING = 0.6
 # Neighbouring residuals are alike, since the cut-off lies far below the kept rate.
 _SPREAD = 2.0
 
@@ -121,8 +122,8 @@ def smoothed(recording: Recording, cutoff: float = _CUTOFF) -> Smoothed | None:
         return None
     joined = np.concatenate(pieces, axis=1)
     quanta = [recording.quanta.get(name, 0.0) for name in ("theta_u", "theta_l")]
-    # At worst all of the rounding swings at the cut-off.
-    noise = np.array(quanta) / math.sqrt(12.0) * (2.0 * math.pi * cutoff) ** 2
+    # As if all of the rounding swung somewhat below the cut-off.
+    noise = np.array(quanta) / math.sqrt(12.0) * (_ROUNDING * 2.0 * math.pi * cutoff) ** 2
     return Smoothed(joined[0], joined[1:3], joined[3:5], joined[5:7], noise)
 
 
