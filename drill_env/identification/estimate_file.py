@@ -91,7 +91,7 @@ def load_knowledge(path: PathLike) -> Knowledge:
         raise InputError(f"estimate {path}: {error}; {_REMEDY}") from error
 
 
-_REMEDY = "write it with `drill-env identify ... --json-out estimate.json`"
+_REMEDY = "write it with `drill-env identify ... --estimate estimate.json`"
 
 
 def _knowledge(document: dict[str, Any]) -> Knowledge:
