@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pandas as pd
@@ -200,22 +197,14 @@ def test_search_finds_a_better_gain_and_is_repeatable(monkeypatch):
     assert abs(np.log(runs[0]["gains"]["gain"])) < 0.3
 
 
-def drill(*args, cwd):
-    environment = {**os.environ, "COLUMNS": "100", "MPLBACKEND": "Agg"}
-    return subprocess.run(
-        [sys.executable, "-m", "drill_env.cli.main", "compare", *map(str, args)],
-        cwd=cwd, env=environment, capture_output=True, text=True, timeout=300, check=False,
-    )  # fmt: skip
-
-
 QUICK = ["--plants", "2", "--setpoints", "1,4", "--seconds", "12", "--window", "4", "--jobs", "1"]
 
 
-def test_command_writes_tables_summary_and_page(tmp_path):
-    names = ["--controllers", "pi,lqi,adaptive-ekf"]
-    done = drill("--levels", "L0,L2", "--out", "p", *names, *QUICK, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+def test_command_writes_tables_summary_and_page(tmp_path, capsys):
     out = tmp_path / "p"
+    names = ["--controllers", "pi,lqi,adaptive-ekf"]
+    options = ["compare", "--levels", "L0,L2", "--out", str(out), *names, *QUICK]
+    app(options, standalone_mode=False)
     rows = json.loads((out / "summary.json").read_text())
     assert [(row["controller"], row["level"]) for row in rows] == [
         (name, level) for name in ("pi", "lqi", "adaptive-ekf") for level in ("L0", "L2")
@@ -226,8 +215,9 @@ def test_command_writes_tables_summary_and_page(tmp_path):
     assert facts.controller.unique().tolist() == ["pi", "lqi"]
     page = (out / "index.html").read_text()
     assert "adaptive-ekf" in page and "Tier S" in page and 'src="http' not in page
-    again = drill("--levels", "L0,L2", "--out", "p", "--json", *names, *QUICK, cwd=tmp_path)
-    assert json.loads(again.stdout)["summary"] == rows
+    capsys.readouterr()
+    app([*options, "--json"], standalone_mode=False)
+    assert json.loads(capsys.readouterr().out)["summary"] == rows
 
 
 @pytest.mark.parametrize(
