@@ -1,24 +1,24 @@
 """Train a PPO agent on the drill-string rig and put it on the table.
 
-The agent of the README's picture, three million steps:
+The shipped agent with both encoders, some four minutes:
 
-    python train.py --out runs/ppo
+    python train.py --out runs/encoders-ppo
+
+The shipped agent that sees the upper encoder alone:
+
+    python train.py --view surface --out runs/surface-ppo
 
 A look at how it runs, too short to learn the task:
 
     python train.py --total-steps 200000 --out runs/short
 
-Upper encoder alone, with history; this one does not learn to end the vibration:
-
-    python train.py --view surface --history 8 --total-steps 6000000 --out runs/surface-ppo
-
 Go on after an interruption (Ctrl-C keeps the last checkpoint):
 
-    python train.py --out runs/ppo --resume
+    python train.py --out runs/encoders-ppo --resume
 
 Show it among the classical controllers:
 
-    drill-env compare --agent runs/ppo --out out/compare
+    drill-env compare --levels L0,L1,L2,L3 --controllers lqi --agent runs/encoders-ppo
 """
 
 from __future__ import annotations
@@ -35,13 +35,17 @@ import drill_env  # noqa: F401
 from drill_env import InputError
 
 CHECKPOINT = "checkpoint.zip"
+PERIOD = 0.05
+# What changes nothing about the agent.
+UNTOLD = ("resume", "tensorboard", "skip_table")
+BESIDE = ("open-loop", "pi", "active-damping", "lqi", "adaptive-ekf")
 
 
 @dataclass
 class Args:
     """Arguments; every field is an option of the same name."""
 
-    out: Path = Path("runs/ppo")
+    out: Path = Path("runs/encoders-ppo")
     """folder of the agent, its checkpoints and its logs"""
     seed: int = 1
     """seed of the network, the sampling and the environments"""
@@ -49,38 +53,38 @@ class Args:
     """go on from the last checkpoint in --out"""
     view: str = "both"
     """observation: both (encoders) or surface (upper one alone)"""
-    history: int = 0
+    history: int = 6
     """past frames in the observation"""
-    uncertainty: str = "L1"
-    """plants met in training: L0 to L3"""
-    episode_seconds: float = 30.0
+    uncertainty: str = "mixed"
+    """plants met in training: L0 to L3, or mixed"""
+    episode_seconds: float = 10.0
     """length of a training episode, s"""
-    total_steps: int = 3_000_000
+    total_steps: int = 20_000_000
     """environment steps"""
     num_envs: int = 256
-    """rigs simulated side by side"""
-    n_steps: int = 64
-    """steps per rig and update"""
-    batch_size: int = 4096
+    """rigs simulated side by side; an update follows each episode of all of them"""
+    batch_size: int = 5120
     """samples per gradient step"""
-    n_epochs: int = 6
+    n_epochs: int = 4
     """passes over each roll-out"""
     learning_rate: float = 1e-3
-    """of Adam, falling linearly to a tenth"""
-    gamma: float = 0.98
+    """of Adam, falling linearly to a twentieth"""
+    gamma: float = 0.985
     """discount per control period"""
     gae_lambda: float = 0.95
     """of the advantage estimate"""
     ent_coef: float = 0.0
     """weight of the entropy bonus"""
-    log_std_init: float = -0.7
+    log_std_init: float = -1.0
     """logarithm of the first exploration noise"""
     hidden: int = 64
     """units in each of two hidden layers"""
-    checkpoint_steps: int = 250_000
+    checkpoint_steps: int = 500_000
     """steps between checkpoints"""
     tensorboard: bool = False
     """write TensorBoard logs into --out"""
+    skip_table: bool = False
+    """do not compare the agent with classical controllers at the end"""
 
 
 def parse(argv: list[str]) -> Args:
@@ -108,14 +112,20 @@ def check(args: Args) -> None:
     Raises:
         InputError: a number is out of range, or --out cannot be a folder.
     """
-    for name in ("total_steps", "num_envs", "n_steps", "n_epochs", "hidden", "checkpoint_steps"):
+    for name in ("total_steps", "num_envs", "n_epochs", "hidden", "checkpoint_steps"):
         if getattr(args, name) < 1:
             option = "--" + name.replace("_", "-")
             raise InputError(f"{option} is {getattr(args, name)}: give 1 or more")
-    if not 2 <= args.batch_size <= args.num_envs * args.n_steps:
+    if args.view not in ("both", "surface"):
+        raise InputError(f"--view is {args.view!r}: give one of both, surface")
+    if args.uncertainty not in ("mixed", "L0", "L1", "L2", "L3"):
+        raise InputError(f"--uncertainty is {args.uncertainty!r}: give mixed or L0 to L3")
+    if not 0.05 <= args.episode_seconds <= 1000.0:
+        raise InputError(f"--episode-seconds is {args.episode_seconds}: give 0.05 to 1000")
+    if not 2 <= args.batch_size <= rollout(args):
         raise InputError(
-            f"--batch-size is {args.batch_size}: give 2 to --num-envs times --n-steps, "
-            f"{args.num_envs * args.n_steps}"
+            f"--batch-size is {args.batch_size}: give 2 to the steps of one episode of all rigs, "
+            f"{rollout(args)}"
         )
     if not 0.0 < args.learning_rate < 1.0:
         raise InputError(f"--learning-rate is {args.learning_rate}: give 0 to 1")
@@ -124,6 +134,11 @@ def check(args: Args) -> None:
         raise InputError(f"--out {args.out}: {nearest} is no writable folder; give another one")
     if args.resume and not (args.out / CHECKPOINT).is_file():
         raise InputError(f"--resume: {args.out / CHECKPOINT} is not there; start without --resume")
+
+
+def rollout(args: Args) -> int:
+    """Steps between two updates: an episode of all rigs."""
+    return args.num_envs * max(1, round(args.episode_seconds / PERIOD))
 
 
 def _field_texts() -> dict[str, str]:
@@ -137,26 +152,21 @@ def _field_texts() -> dict[str, str]:
     return found
 
 
-def make_env(args: Args) -> tuple[Any, Any]:
-    """The training environment and its configuration."""
-    from drill_env.agents.policy import observation_scale
-    from drill_env.agents.scaled_env import ScaledObservations
-    from drill_env.environment.config import EnvConfig
-    from drill_env.environment.sb3 import DrillStringVecEnv
+def make_env(args: Args) -> Any:
+    """The training task."""
+    from drill_env.agents.policy import feature_setting, make_features
+    from drill_env.agents.training_env import TaskEnv, rigs
 
-    options = {
-        "observation": args.view, "history": args.history, "uncertainty": args.uncertainty,
-        "episode_seconds": args.episode_seconds, "start": "random", "action": "normalized",
-    }  # fmt: skip
-    config = EnvConfig.from_options(options)
-    env = DrillStringVecEnv(args.num_envs, **options)
-    env.seed(args.seed)
-    return ScaledObservations(env, observation_scale(config)), config
+    features = make_features(feature_setting(args.view, args.history))  # pyright: ignore
+    env = rigs(args.view, args.history, args.uncertainty, args.num_envs)  # pyright: ignore
+    return TaskEnv(env, features, args.episode_seconds, args.seed)
 
 
 def make_model(args: Args, env: Any) -> Any:
     """A fresh model, or the last checkpoint."""
     from stable_baselines3 import PPO
+
+    from drill_env.agents.actor_critic import PlantCritic
 
     log = str(args.out) if args.tensorboard else None
     if args.resume:
@@ -170,46 +180,85 @@ def make_model(args: Args, env: Any) -> Any:
             ) from error
         # The seed alone would repeat the noise and the plants of the first part.
         model.set_random_seed(args.seed + model.num_timesteps)
+        env.start_again(args.seed + model.num_timesteps)
         return model
     return PPO(
-        "MlpPolicy", env, seed=args.seed, device="cpu", tensorboard_log=log,
-        n_steps=args.n_steps, batch_size=args.batch_size, n_epochs=args.n_epochs,
-        learning_rate=lambda left: args.learning_rate * (0.1 + 0.9 * left),
+        PlantCritic, env, seed=args.seed, device="cpu", tensorboard_log=log,
+        n_steps=env.length, batch_size=args.batch_size, n_epochs=args.n_epochs,
+        learning_rate=lambda left: args.learning_rate * (0.05 + 0.95 * left),
         gamma=args.gamma, gae_lambda=args.gae_lambda, ent_coef=args.ent_coef,
-        policy_kwargs={"net_arch": [args.hidden, args.hidden], "log_std_init": args.log_std_init},
+        stats_window_size=args.num_envs,
+        policy_kwargs={
+            "seen": env.features.size, "hidden": args.hidden, "log_std_init": args.log_std_init,
+        },
     )  # fmt: skip
 
 
-def main(args: Args) -> None:
-    """Train, save, and judge the agent beside the classical controllers."""
-    import torch
+def train(args: Args) -> None:
+    """Train from scratch or go on, and save the agent.
+
+    Raises:
+        InputError: the extra ``agents`` is not installed, or a checkpoint does not fit.
+    """
     from rich.console import Console
 
-    from drill_env import baselines
-    from drill_env.agents.policy import describe, load, save_agent
+    try:
+        import torch
+
+        from drill_env.agents.actor_critic import actor_layers
+    except ImportError as error:
+        raise InputError("training needs torch: pip install 'drill-env[agents]'") from error
+    from drill_env.agents.policy import describe, feature_setting, save_agent
     from drill_env.agents.progress import TrainingProgress
-    from drill_env.benchmark import compare
-    from drill_env.environment.config import EnvConfig
-    from drill_env.report.compare_table import compare_table
 
     # Networks this small lose more than they gain on several threads.
     torch.set_num_threads(1)
     console = Console(stderr=True)
-    env, config = make_env(args)
-    model = make_model(args, env)
+    model = make_model(args, make_env(args))
     left = args.total_steps - model.num_timesteps
+    watch = TrainingProgress(args.total_steps, args.out, args.checkpoint_steps, console)
     if left <= 0:
         console.print(f"already trained for {model.num_timesteps} steps")
     else:
-        watch = TrainingProgress(args.total_steps, args.out, args.checkpoint_steps, console)
         try:
             model.learn(left, callback=watch, reset_num_timesteps=not args.resume)
         except KeyboardInterrupt:
             watch.stop()
             console.print(f"stopped after {model.num_timesteps} steps; go on with --resume")
             sys.exit(130)
-    save_agent(model, config, args.out, {"trained_steps": model.num_timesteps, **describe(args)})
-    table = compare({**baselines.CONTROLLERS, "ppo": lambda _: load(args.out)}, EnvConfig())
+    setting = feature_setting(args.view, args.history)  # pyright: ignore
+    notes = {
+        "trained_steps": model.num_timesteps, "seconds": watch.seconds,
+        "cpu_seconds": watch.cpu_seconds, **describe(args),
+    }  # fmt: skip
+    save_agent(actor_layers(model), {**setting, **notes, "command": command(args)}, args.out)
+
+
+def command(args: Args) -> str:
+    """The command that makes the same agent again."""
+    changed = [
+        f"--{item.name.replace('_', '-')} {getattr(args, item.name)}"
+        for item in fields(Args)
+        if item.name not in UNTOLD and getattr(args, item.name) != item.default
+    ]
+    return " ".join(["python train.py", *changed])
+
+
+def main(args: Args) -> None:
+    """Train, then show the agent beside some classical controllers."""
+    from rich.console import Console
+
+    from drill_env import baselines
+    from drill_env.agents.policy import load
+    from drill_env.benchmark import compare
+    from drill_env.environment.config import EnvConfig
+    from drill_env.report.compare_table import compare_table
+
+    train(args)
+    if args.skip_table:
+        return
+    shown = {name: baselines.CONTROLLERS[name] for name in BESIDE}
+    table = compare({**shown, "ppo": lambda _: load(args.out)}, EnvConfig())
     table.to_csv(args.out / "compare.csv", index=False)
     Console(width=None if sys.stdout.isatty() else 120).print(compare_table(table))
 

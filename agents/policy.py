@@ -1,110 +1,196 @@
-"""A trained stable-baselines3 policy behind the controllers' interface."""
+"""Trained policies behind the controllers' interface, on file and shipped with the package."""
 
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 from zipfile import BadZipFile
 
 import numpy as np
 
 from drill_env._errors import InputError
-from drill_env._files import make_folder, write_text
+from drill_env._files import make_folder, replacing, write_text
 from drill_env._types import FloatArray, PathLike
 from drill_env.environment.config import EnvConfig, View
 
-MODEL, SETTING = "model.zip", "agent.json"
+from .features import OUTPUT_BOUND, BothEncoders, Features, reference_table
+from .network import Network
+from .surface_features import SurfaceFilter
+
+POLICY, SETTING = "policy.npz", "agent.json"
+SHIPPED = Path(__file__).with_name("policies")
+
+Document: TypeAlias = dict[str, Any]
 
 
 class Agent:
-    """Deterministic actions of a PPO policy, from scaled observations.
+    """A policy: fixed features, a small network, and a voltage made from its output.
 
     Args:
-        model: anything with stable-baselines3's `predict`.
-        view: observation it was trained on.
+        network: from features to one output.
+        features: what the network reads and what its output means.
+        view: observation the features need.
         history: past frames in that observation.
-        scale: divisors of the observation, shape (d,).
-        voltage_limit: V that an action of 1 stands for.
+        setting: what is kept in agent.json.
     """
 
     def __init__(
-        self, model: Any, view: View, history: int, scale: FloatArray, voltage_limit: float
+        self, network: Network, features: Features, view: View, history: int, setting: Document
     ) -> None:
+        self.network, self.features = network, features
         self.view: View = view
         self.history: int = history
-        self._model, self._scale, self._limit = model, scale, voltage_limit
+        self.setting = setting
+        measured = 1 if view == "surface" else 3
+        self._entries = measured + 2 + history * (measured + 1)
 
     def reset(self, n: int) -> None:
-        """Nothing to forget: the policy has no memory of its own."""
+        """Forget what the features remember."""
+        self.features.reset(n)
 
     def act(self, observation: FloatArray) -> FloatArray:
-        """Voltages (V) for observations in physical units, shape (n, d)."""
-        if observation.shape[1] != len(self._scale):
+        """Voltages (V) for observations in physical units, shape (n, d).
+
+        Raises:
+            InputError: the observation is not that of this agent's view and history.
+        """
+        if observation.shape[1] != self._entries:
             raise InputError(
-                f"this agent reads {len(self._scale)} numbers, the environment gives "
-                f"{observation.shape[1]}: use the environment it was trained on"
+                f"this agent reads {self._entries} numbers, the environment gives "
+                f"{observation.shape[1]}: use observation={self.view!r}, history={self.history}"
             )
-        scaled = (observation / self._scale).astype(np.float32)
-        action, _ = self._model.predict(scaled, deterministic=True)
-        return self._limit * np.clip(action[:, 0].astype(np.float64), -1.0, 1.0)
+        output = self.network(self.features.read(observation))
+        return self.features.volts(np.clip(output, -OUTPUT_BOUND, OUTPUT_BOUND))
 
 
-def observation_scale(config: EnvConfig) -> FloatArray:
-    """Divisors that bring every entry of the observation to the order of 1, shape (d,)."""
-    top = config.setpoint_range[1]
-    twist = 4.0 * float(np.sqrt(config.rig.Jl / config.rig.ktheta)) * top / 4.0
-    measured = [top] if config.observation == "surface" else [twist, top, top]
-    frame = [*measured, config.voltage_limit]
-    return np.array([*measured, top, config.voltage_limit, *frame * config.history])
+class RememberingAgent(Agent):
+    """An agent whose memory, two slow means, can be read and set: its loop can be continued."""
+
+    features: BothEncoders  # pyright: ignore
+
+    def memory(self) -> FloatArray:
+        """Trim (V) and lean (rad), shape (n, 2)."""
+        return self.features.memory()
+
+    def recall(self, memory: FloatArray) -> None:
+        """Continue from trims and leans, shape (n, 2)."""
+        self.features.recall(memory)
 
 
-def save_agent(model: Any, config: EnvConfig, folder: PathLike, notes: dict[str, Any]) -> None:
-    """Write the policy and what is needed to use it again into `folder`."""
-    path = make_folder(Path(folder))
-    model.save(path / MODEL)
-    setting = {
-        "view": config.observation,
-        "history": config.history,
-        "voltage_limit": config.voltage_limit,
+def make_features(setting: Document, table: FloatArray | None = None) -> Features:
+    """Features as agent.json describes them, for the nominal rig unless `table` is given."""
+    history, limit = int(setting["history"]), float(setting["voltage_limit"])
+    period = float(setting["control_period"])
+    config = EnvConfig(
+        observation=setting["view"], history=history, voltage_limit=limit, control_period=period
+    )
+    if setting["view"] == "surface":
+        return SurfaceFilter(config, setting["filter"], table)
+    table = reference_table(config) if table is None else table
+    return BothEncoders(table, history, limit, period)
+
+
+def feature_setting(view: View, history: int) -> Document:
+    """What `make_features` needs, for training at the environment's own limit and period."""
+    from drill_env.baselines.gains import tuned_gains
+
+    config = EnvConfig()
+    setting: Document = {
+        "view": view, "history": history, "voltage_limit": config.voltage_limit,
         "control_period": config.control_period,
-        "scale": observation_scale(config).tolist(),
-        **notes,
-    }
-    write_text(path / SETTING, json.dumps(setting, indent=2) + "\n")
+    }  # fmt: skip
+    if view == "surface":
+        setting["filter"] = tuned_gains("adaptive-ekf")
+    return setting
 
 
-def load(folder: PathLike) -> Agent:
-    """Read an agent written by `save_agent`.
+def save_agent(
+    layers: list[tuple[FloatArray, FloatArray]], setting: Document, folder: PathLike
+) -> None:
+    """Write a policy and what is needed to use it again into `folder`.
+
+    Args:
+        layers: weights (inputs, outputs) and biases of each layer.
+        setting: `feature_setting` and whatever else is worth keeping.
+        folder: made if it is not there.
+    """
+    path = make_folder(Path(folder))
+    arrays: dict[str, Any] = {"reference": make_features(setting).table}
+    for k, (weight, bias) in enumerate(layers):
+        arrays[f"weight{k}"], arrays[f"bias{k}"] = np.float32(weight), np.float32(bias)
+    with replacing(path / POLICY) as temporary, temporary.open("wb") as stream:
+        np.savez_compressed(stream, **arrays)
+    digest = hashlib.sha256((path / POLICY).read_bytes()).hexdigest()
+    whole = {**setting, "policy_sha256": digest}
+    write_text(path / SETTING, json.dumps(whole, indent=2) + "\n")
+
+
+def names() -> list[str]:
+    """Names of the shipped agents."""
+    return sorted(path.parent.name for path in SHIPPED.glob(f"*/{SETTING}"))
+
+
+def find(agent: PathLike) -> Path:
+    """Folder of a shipped agent by its name, or of one that train.py wrote.
 
     Raises:
-        InputError: the folder holds no agent or a damaged one, or the extra ``agents`` is not
-            installed.
+        InputError: there is neither.
     """
-    path = Path(folder)
-    if not ((path / SETTING).is_file() and (path / MODEL).is_file()):
-        raise InputError(
-            f"agent {path}: no {MODEL} and {SETTING} there; name a folder written by train.py"
-        )
+    path = Path(agent)
+    if (path / SETTING).is_file():
+        return path
+    if str(agent) in names():
+        return SHIPPED / str(agent)
+    raise InputError(
+        f"agent {agent}: neither a folder written by train.py ({POLICY} and {SETTING}) nor one of "
+        f"the shipped ones: {', '.join(names())}"
+    )
+
+
+def load(agent: PathLike) -> Agent:
+    """Read a shipped agent by its name, or one from the folder that `save_agent` wrote.
+
+    Needs neither torch nor a network.
+
+    Raises:
+        InputError: there is no such agent, or its files are damaged.
+    """
+    path = find(agent)
     try:
-        from stable_baselines3 import PPO
-    except ImportError as error:
-        raise InputError(f"agent {path} needs torch: pip install 'drill-env[agents]'") from error
+        content = (path / POLICY).read_bytes()
+    except OSError as error:
+        raise InputError(f"agent {agent}: no {POLICY} in {path}; train it again") from error
     try:
-        found = json.loads((path / SETTING).read_text(encoding="utf-8"))
-        scale = np.array(found["scale"], dtype=float)
-        view, history, limit = found["view"], int(found["history"]), float(found["voltage_limit"])
+        setting = json.loads((path / SETTING).read_text(encoding="utf-8"))
+        view, history = setting["view"], int(setting["history"])
+        if setting["policy_sha256"] != hashlib.sha256(content).hexdigest():
+            raise ValueError(f"it does not belong to this {POLICY}")
     except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"agent {path}: {SETTING} is damaged ({error}); train it again") from error
+        raise InputError(
+            f"agent {agent}: {SETTING} is damaged ({error}); train it again"
+        ) from error
     try:
-        model = PPO.load(path / MODEL, device="cpu")
-    except (BadZipFile, KeyError, ValueError, RuntimeError, AttributeError) as error:
-        raise InputError(f"agent {path}: {MODEL} is damaged ({error}); train it again") from error
-    return Agent(model, view, history, scale, limit)
+        network, table = _read_policy(path / POLICY)
+        features = make_features(setting, table)
+        if network.inputs != features.size:
+            raise ValueError(f"{network.inputs} inputs for {features.size} features")
+    except (BadZipFile, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"agent {agent}: {POLICY} is damaged ({error}); train it again") from error
+    kind = RememberingAgent if isinstance(features, BothEncoders) else Agent
+    return kind(network, features, view, history, setting)
 
 
-def describe(args: Any) -> dict[str, Any]:
+def _read_policy(path: Path) -> tuple[Network, FloatArray]:
+    with np.load(path) as arrays:
+        count = sum(name.startswith("weight") for name in arrays.files)
+        layers = [(arrays[f"weight{k}"], arrays[f"bias{k}"]) for k in range(count)]
+        return Network.of(layers), arrays["reference"]
+
+
+def describe(args: Any) -> Document:
     """A dataclass of arguments as plain values."""
     return {
         key: str(v) if isinstance(v, Path) else v for key, v in dataclasses.asdict(args).items()

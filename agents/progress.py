@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import time
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,10 @@ class TrainingProgress(BaseCallback):
         folder: where ``checkpoint.zip`` and ``curve.csv`` go.
         every: steps between checkpoints.
         console: where the bar is drawn.
+
+    Attributes:
+        seconds: that the training took, known once it has ended.
+        cpu_seconds: likewise, of all threads.
     """
 
     def __init__(self, total: int, folder: Path, every: int, console: Console) -> None:
@@ -32,9 +37,12 @@ class TrainingProgress(BaseCallback):
         )  # fmt: skip
         self._due = every
         self._curve: list[tuple[int, float]] = []
+        self.seconds = self.cpu_seconds = 0.0
+        self._began = (0.0, 0.0)
 
     def _on_training_start(self) -> None:
         self._due = self.model.num_timesteps + self._every
+        self._began = (time.perf_counter(), time.process_time())
         self._bar.start()
         self._task = self._bar.add_task("", total=self._total, score="-")
 
@@ -68,6 +76,8 @@ class TrainingProgress(BaseCallback):
     def stop(self) -> None:
         """Save and take the bar away."""
         self._bar.stop()
+        self.seconds = round(time.perf_counter() - self._began[0], 1)
+        self.cpu_seconds = round(time.process_time() - self._began[1], 1)
         self.save()
 
     def _on_training_end(self) -> None:

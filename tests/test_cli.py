@@ -13,8 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from drill_env import InputError, Rig, load_rig
-from drill_env.agents import load
+from drill_env import Rig, load_rig
 from drill_env.cli.main import run
 from drill_env.integrator import simulate
 
@@ -214,7 +213,7 @@ def bad_folder(tmp_path_factory):
     (folder / "type.toml").write_text(shown.replace("Jl = 0.0326", 'Jl = "0.0326"'))
     (folder / "broken").mkdir()
     (folder / "broken" / "agent.json").write_text("{")
-    (folder / "broken" / "model.zip").write_text("")
+    (folder / "broken" / "policy.npz").write_text("")
     return folder
 
 
@@ -232,12 +231,6 @@ def test_bad_input_is_one_line_and_exit_status_2(name, bad_folder, monkeypatch, 
     assert len(err.splitlines()) == 1 and err.startswith("error: ")
     assert [part for part in wanted if part not in err] == []
     assert sorted(p.relative_to(bad_folder) for p in bad_folder.rglob("*")) == before
-
-
-def test_an_agent_without_torch_says_what_to_install(bad_folder, monkeypatch):
-    monkeypatch.setitem(sys.modules, "stable_baselines3", None)
-    with pytest.raises(InputError, match=r"pip install 'drill-env\[agents\]'"):
-        load(bad_folder / "broken")
 
 
 def test_bad_input_from_the_shell(bad_folder):

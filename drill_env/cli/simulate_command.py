@@ -154,7 +154,7 @@ def run_table(trajectory: Trajectory, counts: int | None) -> pd.DataFrame:
 
     from drill_env.sensors import Encoder, filter_velocity, read_encoder
 
-    theta_u, theta_l = trajectory.theta_u, trajectory.theta_l
+    theta_u, theta_l = trajectory.readings.T
     omega_u, omega_l = trajectory.omega_u, trajectory.omega_l
     if counts is not None:
         if len(trajectory.t) < 2:

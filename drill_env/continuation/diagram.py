@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from drill_env._errors import InputError
+from drill_env.continuation._plain import require_plain
 from drill_env.continuation.branch import StepRule
 from drill_env.continuation.cycle import PeriodMap
 from drill_env.continuation.equilibria import EquilibriumBranch, equilibrium_branch, speed_at
@@ -54,10 +55,9 @@ def bifurcation_diagram(
         progress: called with the number of cycles so far.
 
     Raises:
-        InputError: the rig has one inertia or the range ends below break-away.
+        InputError: the rig has one inertia or effects, or the range ends below break-away.
     """
-    if rig.inertias == 1 or rig.effects:
-        raise InputError("the bifurcation diagram needs a rig with two inertias and no [[effects]]")
+    require_plain(rig)
     if not to_volts > rig.breakaway_voltage:
         raise InputError(
             f"to_volts is {to_volts}: give more than the break-away voltage, "

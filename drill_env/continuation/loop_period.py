@@ -9,6 +9,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
+from drill_env.continuation._plain import require_plain
 from drill_env.continuation.flow import CycleError
 from drill_env.continuation.loop_law import ControlLaw
 from drill_env.controllers import Controller
@@ -57,12 +58,14 @@ class SampledLoop:
         rtol: relative tolerance of a step.
 
     Raises:
-        InputError: the encoders are late, or the controller's memory cannot be read.
+        InputError: the rig has effects, the encoders are late, or the controller's memory cannot
+            be read.
     """
 
     def __init__(
         self, controller: Controller, config: EnvConfig, filtered: bool = True, rtol: float = 1e-11
     ) -> None:
+        require_plain(config.rig)
         if config.encoder.delay_s > 0.0:
             raise InputError("a loop with delayed encoders cannot be continued: set delay_s to 0")
         self.config, self.rig, self._rtol = config, config.rig, rtol

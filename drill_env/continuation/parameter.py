@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from drill_env._errors import InputError
+from drill_env.continuation._plain import require_plain
 from drill_env.continuation.cycle import PeriodMap
 from drill_env.continuation.equilibria import routh_hurwitz
 from drill_env.continuation.special import SpecialPoint
@@ -61,8 +62,7 @@ def parameter_diagram(
     Raises:
         InputError: the parameter is unknown or the range is empty or unphysical.
     """
-    if rig.inertias == 1 or rig.effects:
-        raise InputError("a parameter diagram needs a rig with two inertias and no [[effects]]")
+    require_plain(rig)
     if parameter not in SYMBOLS:
         raise InputError(f"parameter is {parameter!r}: give one of {', '.join(SYMBOLS)}")
     if not low < high:

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
+from drill_env.effects.declared import declared, new_memories
+from drill_env.environment._extended import Extension, start_extended, step_extended
 from drill_env.environment._kernel import start_row, step_rows
 from drill_env.environment._records import (
     REWARD_TERMS,
@@ -30,7 +32,9 @@ from drill_env.environment.config import (
 )
 from drill_env.friction import kernel_record
 from drill_env.friction._kernels import fill_clamp
+from drill_env.integrator._extended import new_scratch
 from drill_env.integrator._tableau import TABLEAUX
+from drill_env.integrator.extended import substep_counts
 from drill_env.parameters import Rig, uncertainty
 from drill_env.parameters.uncertainty import perturb_record
 
@@ -69,8 +73,17 @@ class EnvCore:
         self.tableau = TABLEAUX[config.method]
         self.buffers = new_buffers(config.samples, config.control_period, config.rtol)
         self.settling = new_buffers(1, config.control_period, 1e-7)
+        self.extension = self._extension() if config.rig.effects else None
         self.nobody = np.zeros(n, dtype=np.bool_)
         self._rngs: dict[int, np.random.Generator] = {}
+
+    def _extension(self) -> Extension:
+        config = self.config
+        bundle = declared(config.rig)
+        memories = np.repeat(new_memories(bundle)[None], self.n, axis=0)
+        samples = np.array([0.0, config.control_period / config.samples])
+        scratch = new_scratch(config.rtol, 0.1 * config.rtol, logged=64)
+        return Extension(bundle, memories, scratch, int(substep_counts(config.rig, samples)[0]))
 
     def _largest_delay(self) -> float:
         return self.config.encoder.delay_s + max(self.spread.delay_s, 0.2)
@@ -121,9 +134,11 @@ class EnvCore:
             for i in np.flatnonzero(self.row["noise_row"] >= _NOISE_ROWS):
                 self._draw_noise(int(i))
         skip = self.nobody if skip is None else skip
-        failed = step_rows(
-            0, self.n, skip, volts, self.rows, self.setting[0], self.tableau[0], self.buffers
-        )
+        plain = (0, self.n, skip, volts, self.rows, self.setting[0], self.tableau[0], self.buffers)
+        if self.extension is None:
+            failed = step_rows(*plain)
+        else:
+            failed = step_extended(*plain, self.extension)
         if failed >= 0:
             raise RuntimeError(f"integration failed in environment {failed}: step size collapsed")
 
@@ -161,7 +176,10 @@ class EnvCore:
         place(row, self.config, setpoint, uniforms[11:16], options, self.settling)
         if self.rows.noise.shape[1]:
             self._draw_noise(i)
-        start_row(i, self.rows, self.setting[0])
+        if self.extension is None:
+            start_row(i, self.rows, self.setting[0])
+        else:
+            start_extended(i, self.rows, self.setting[0], self.extension)
 
     def _draw_plant(self, row: Any, uniforms: FloatArray, options: Mapping[str, Any]) -> float:
         factors = self.spread.draw(uniforms)
@@ -172,6 +190,11 @@ class EnvCore:
             if self.config.rig.clamp:
                 fill_clamp(row["p"])
         elif isinstance(rig, Rig):
+            if rig.effects != self.config.rig.effects:
+                raise InputError(
+                    "reset option rig: its [[effects]] differ from those the environment was made "
+                    "with; pass it to gym.make instead"
+                )
             row["p"] = kernel_record(rig)[0]
         else:
             raise InputError("reset option rig must be a drill_env.Rig")

@@ -82,6 +82,16 @@ def run_constant(p, run, volts, seconds, times, tab, buffers):
     return status
 
 
+@inlined
+def end_period(i, rows, old_voltage, out, setting):
+    """Read the encoders of environment `i` and judge its new state."""
+    row = rows.row[i]
+    read_samples(row, rows.ring[i], rows.noise[i], out, setting)
+    row.step += 1
+    row.noise_row += 1
+    fill_reward(row, old_voltage, setting)
+
+
 @kernel
 def step_rows(first, last, skip, volts, rows, setting, tab, buffers):
     """One control period for the environments first..last-1 that are not skipped.
@@ -101,10 +111,7 @@ def step_rows(first, last, skip, volts, rows, setting, tab, buffers):
             row.p, row.run, row.voltage, setting.period, buffers.times, tab, buffers
         ) != DONE:  # fmt: skip
             return i
-        read_samples(row, rows.ring[i], rows.noise[i], buffers.out, setting)
-        row.step += 1
-        row.noise_row += 1
-        fill_reward(row, old, setting)
+        end_period(i, rows, old, buffers.out, setting)
         work = buffers.work[0]
         if work.has_rates:
             # The last stage of the last step holds them.
@@ -120,7 +127,7 @@ def start_row(i, rows, setting):
     """Modes, sensors, truth and observation of environment `i` in its initial state."""
     row = rows.row[i]
     start_mode(row.p, row.run, row.voltage)
-    start_sensors(row, rows.ring[i], setting)
+    start_sensors(row, rows.ring[i], setting, 0.0, 0.0)
     fill_reward(row, row.voltage, setting)
     fill_torques(row)
     fill_observation(row, True, setting, rows.observation[i])

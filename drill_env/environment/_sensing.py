@@ -58,14 +58,14 @@ def read_samples(row, ring, noise, out, setting):
 
 
 @kernel
-def start_sensors(row, ring, setting):
-    """Encoders and filters as if the discs had turned steadily before."""
+def start_sensors(row, ring, setting, error_u, error_l):
+    """Encoders and filters as if the discs had turned steadily, with such errors, before."""
     length, y = ring.shape[0], row.run.y
     row.head = length - 1
     for k in range(length):
         age = (length - 1 - k) / setting.rate
-        ring[k, 0] = y[0] + y[3] - age * y[1]
-        ring[k, 1] = y[3] - age * y[2]
+        ring[k, 0] = y[0] + y[3] - age * y[1] + error_u
+        ring[k, 1] = y[3] - age * y[2] + error_l
     for disc in range(2):
         row.lost[disc] = 0.0
         row.speed[disc] = y[1 + disc]

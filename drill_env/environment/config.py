@@ -10,6 +10,7 @@ from typing import Any, Literal, TypeAlias, get_args
 
 from drill_env._errors import InputError
 from drill_env._types import Method
+from drill_env.effects.declared import declared
 from drill_env.parameters import Level, Rig, Uncertainty, uncertainty
 from drill_env.sensors import Encoder
 
@@ -62,7 +63,8 @@ class EnvConfig:
     """Options of `DrillString-v0`, all of them keyword arguments of `gym.make`.
 
     Args:
-        rig: nominal parameters; `gym.make` also takes the path of a rig file.
+        rig: nominal parameters, and the effects that all plants share; `gym.make` also takes the
+            path of a rig file.
         observation: "both" encoders, "surface" (upper encoder alone) or exact "state".
         history: past frames (measurements and voltage) appended to the observation.
         action: "volts" or "normalized" to [-1, 1].
@@ -72,7 +74,8 @@ class EnvConfig:
         setpoint: fixed set point in rad/s; None draws from `setpoint_range`.
         setpoint_range: rad/s.
         schedule: (time in s, set point in rad/s) pairs that override the set point.
-        start: where episodes start; "random" mixes rest, limit cycle and ring.
+        start: where episodes start; "random" mixes rest, limit cycle and ring. Equilibrium and
+            limit cycle are those of the rig without its effects.
         uncertainty: "L0" to "L3" or an `Uncertainty`, drawn at every reset.
         friction_step: ((earliest, latest) time in s, (lowest, highest) factor) of a sudden
             change of the lower friction, drawn at every reset; None for no such step.
@@ -104,8 +107,9 @@ class EnvConfig:
         _check_choices(self)
         _check_numbers(self)
         uncertainty(self.uncertainty)
-        if self.rig.inertias == 1 or self.rig.effects:
-            raise InputError("rig: the environment needs two inertias and no [[effects]]")
+        if self.rig.inertias == 1:
+            raise InputError("rig: the environment needs two inertias")
+        declared(self.rig)
         samples = self.control_period * self.encoder.rate_hz
         if abs(samples - round(samples)) > 1e-6 or round(samples) < 1:
             raise InputError(

@@ -29,6 +29,7 @@ FILTER = np.dtype(
         ("variance", "f8", (2,)),  # of the latent torques, Nm^2
         ("rate", "f8", (2,)),  # reciprocal of their correlation times, 1/s
         ("robust", "f8"),  # innovations beyond so many standard deviations lose weight
+        ("release", "f8"),  # innovations beyond so many standard deviations free a stuck disc
         ("slopes", "i8"),  # columns of S; 0 for none
         ("offset", "f8"),
         ("load", "f8", (2,)),  # known torques on the discs, Nm
@@ -54,10 +55,12 @@ PATH = np.dtype(
         ("white", "f8", (2,)),  # innovations over their standard deviations
         ("weight", "f8", (2,)),  # reciprocals of these, 1/rad
         ("stuck", "i8", (2,)),
+        ("P", "f8", (N_FILTER, N_FILTER)),  # covariance after the row's samples
+        ("slopes", "f8", (2, N_SLOPES)),  # of the predicted angles, over the standard deviations
     ],
     align=True,
 )
-"""What the filter did at one row, enough to carry any other error through it."""
+"""What the filter did at one row, enough to smooth and to carry any other error through it."""
 
 
 @kernel
@@ -112,6 +115,17 @@ def follow_modes(f, p, run, u):
     load_state(f, p, run)
     start_mode(p, run, u)
     settle(f, run)
+
+
+@kernel
+def release(f, run, disc, gap, variance, dt):
+    """Let a disc turn that a wrong rig holds although its encoder moves."""
+    if run.mode[disc] != 0 or gap * gap < f.release * f.release * variance:
+        return
+    row = 1 + disc
+    f.y[row] = gap / dt
+    f.P[row, row] = (gap * gap + variance) / (dt * dt)
+    run.mode[disc] = 1 if gap > 0.0 else -1
 
 
 @kernel
@@ -217,11 +231,16 @@ def note_gain(f, row, encoder, gap, variance):
     row.white[encoder] = gap * row.weight[encoder]
     for i in range(N_FILTER):
         row.gain[encoder, i] = f.PH[i] / used if variance > 0.0 else 0.0
+    for c in range(f.slopes):
+        row.slopes[encoder, c] = f.slope[c] * row.weight[encoder]
 
 
 @kernel
 def note_transition(f, run, row):
-    """Keep the transition into the row, and which discs stick there."""
+    """Keep the transition into the row, the doubt after it, and which discs stick there."""
+    for i in range(N_FILTER):
+        for j in range(N_FILTER):
+            row.P[i, j] = f.P[i, j]
     for i in range(N_STATE):
         for m in range(N_FILTER):
             row.F[i, m] = f.F[i, m]
@@ -281,6 +300,8 @@ def run_filter(
                 trace[k, 2 * e], trace[k, 2 * e + 1] = gap, variance
             if path.size > 0:
                 note_gain(f, path[k], e, gap, variance)
+            if f.release > 0.0 and variance > 0.0 and k > 0:
+                release(f, run, e, gap, variance, t[k] - t[k - 1])
         f.load[0], f.load[1] = loads[k, 0], loads[k, 1]
         follow_modes(f, p, run, u[k])
         if path.size > 0:

@@ -32,6 +32,7 @@ def noise_step(
     *,
     torques: bool = True,
     robust: float = math.inf,
+    only: Sequence[int] | None = None,
 ) -> NoiseModel:
     """One step of Fisher scoring on the six logarithms of a noise model that recordings share.
 
@@ -42,9 +43,12 @@ def noise_step(
         noise: present model.
         torques: whether the torques' size and correlation change, or the encoders' only.
         robust: standard deviations at which an innovation's weight ends.
+        only: places of the values that move, in the order of `NoiseModel`; all by default.
     """
     logs = noise.vector()
     free = np.arange(len(logs)) if torques else np.arange(4, len(logs))
+    if only is not None:
+        free = np.array(only)
     tried = [logs, *(logs + _STEP * unit for unit in np.eye(len(logs))[free])]
     jobs = [
         (samples, rig, NoiseModel.from_vector(logs), start, robust)

@@ -55,6 +55,8 @@ class Samples:
         starts: first guess of theta_u - theta_l, omega_u, omega_l, theta_l there and of the
             twist at which the encoders agree, shape (m, 5).
         spreads: standard deviations of the guess, 0 for what is known, shape (m, 5).
+        release: innovations beyond so many standard deviations free a disc that the rig holds;
+            0 for never. A search for missing physics must follow rigs that are wrong.
     """
 
     recording: Recording
@@ -66,6 +68,7 @@ class Samples:
     restarts: IntArray
     starts: FloatArray
     spreads: FloatArray
+    release: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,6 +112,21 @@ class Trace:
         """Innovations over their standard deviations, shape (n, 2); NaN where no sample is."""
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(self.variance > 0, self.innovation / np.sqrt(self.variance), np.nan)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Path:
+    """One pass of the filter, row by row.
+
+    Attributes:
+        value: minus twice the log likelihood of the angles, without its constant and the starts.
+        trace: innovations and filtered states.
+        rows: records of `PATH`, shape (n,).
+    """
+
+    value: float
+    trace: Trace
+    rows: np.ndarray
 
 
 def prepare(
@@ -190,6 +208,7 @@ def _filter(
     f["variance"] = (noise.torque_u**2, noise.torque_l**2)
     f["rate"] = (1.0 / noise.tau_u, 1.0 / noise.tau_l)
     f["robust"], f["slopes"] = robust, N_SLOPES if slopes else 0
+    f["release"] = samples.release
     run = np.zeros(1, dtype=RUN)
     run["h"] = samples.t[1]
     work = new_work(
@@ -266,13 +285,36 @@ def trace_of(
     return Trace(rows[:, 0:4:2], rows[:, 1:4:2], rows[:, 4:])
 
 
-def path_of(
+def value_of(
     samples: Samples, rig: Rig, noise: NoiseModel, starts: FloatArray, robust: float = math.inf
-) -> tuple[Trace, np.ndarray]:
-    """As `trace_of`, and records of `PATH` that carry other errors through the same filter."""
+) -> float:
+    """Minus twice the log likelihood of the angles, without its constant and the starts."""
+    left = _filter(samples, rig, noise, starts, slopes=False, robust=robust)
+    return float(left.f["value"][0])
+
+
+def path_of(
+    samples: Samples,
+    rig: Rig,
+    noise: NoiseModel,
+    starts: FloatArray,
+    robust: float = math.inf,
+    *,
+    slopes: bool = False,
+) -> Path:
+    """As `trace_of`, with records of `PATH` that carry other errors through the same filter.
+
+    Args:
+        samples: from `prepare`.
+        rig: parameters.
+        noise: of this recording.
+        starts: as `Samples.starts`, shape (m, 5).
+        robust: standard deviations beyond which an innovation loses weight (Huber).
+        slopes: whether the derivatives by the parameters and the starts are wanted.
+    """
     rows = len(samples.t)
     left = _filter(
-        samples, rig, noise, starts, slopes=False, robust=robust, rows=rows, path_rows=rows
+        samples, rig, noise, starts, slopes=slopes, robust=robust, rows=rows, path_rows=rows
     )
     trace = Trace(left.trace[:, 0:4:2], left.trace[:, 1:4:2], left.trace[:, 4:])
-    return trace, left.path
+    return Path(float(left.f["value"][0]), trace, left.path)

@@ -155,7 +155,7 @@ def _run(rig: Rig, voltage: Voltage, t: FloatArray, state: FloatArray) -> dict[C
     # A little longer than the samples, lest rounding puts the last one past the end.
     seconds = float(t[-1] - t[0]) + 1e-9
     run = simulate(rig, voltage, seconds, t_start=float(t[0]), t_eval=t, initial=state)
-    return {"theta_u": run.theta_u, "theta_l": run.theta_l}
+    return {"theta_u": run.readings[:, 0], "theta_l": run.readings[:, 1]}
 
 
 def _restarted(

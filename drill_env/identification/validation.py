@@ -102,6 +102,11 @@ def validate(recording: Recording, rig: Rig, noise: NoiseModel | None = None) ->
     Raises:
         InputError: a channel is missing, or the rig's motion runs away.
     """
+    if rig.effects:
+        raise InputError(
+            "validate judges a rig without [[effects]], which the filter does not follow: replay "
+            "the recording instead, or diagnose it"
+        )
     samples = prepare(recording, rig)
     if noise is None:
         found, starts = estimated_noise(samples, rig)

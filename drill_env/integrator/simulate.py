@@ -23,6 +23,7 @@ from drill_env.integrator._records import (
     new_work,
 )
 from drill_env.integrator._tableau import TABLEAUX
+from drill_env.integrator.extended import run_voltage
 from drill_env.integrator.trajectory import Events, Trajectory
 from drill_env.integrator.voltage import Voltage, as_voltage
 from drill_env.parameters import Rig
@@ -57,6 +58,10 @@ def simulate(
 ) -> Trajectory:
     """Integrate the set-valued rig, with every stick, slip and reversal located.
 
+    A rig with effects runs with their torques held over `integrator.extended.SUBSTEP`, which
+    bounds the accuracy instead of the tolerances, with "dopri5" whatever the method; events are
+    those of the rig under the held torques, and time counts for effects as `t` does.
+
     Args:
         rig: parameters.
         voltage: constant (V), function of time, or `Voltage`.
@@ -69,20 +74,26 @@ def simulate(
         method: "dop853" (order 8) or "dopri5" (order 5).
         rtol: relative tolerance of a step.
         atol: absolute tolerance of a step.
-        extrema: also log the turning points of omega_l.
-        sensitivity: also return d state / d (initial state, parameters).
+        extrema: also log the turning points of omega_l; not with effects.
+        sensitivity: also return d state / d (initial state, parameters); not with effects.
 
     Returns:
         The trajectory, its first sample at `t_start` if no `t_eval` is given.
 
     Raises:
-        InputError: an argument is out of range or the rig holds unknown effects.
+        InputError: an argument is out of range or an effect of the rig is wrong.
         RuntimeError: the step size collapsed (NaN in the parameters, say).
     """
     _check(rig, seconds, rtol, atol, method)
     t_end = t_start + seconds
     times = _sample_times(t_start, t_end, t_eval, rate)
     drive = as_voltage(voltage, t_start, t_end)
+    if rig.effects:
+        _check_extended(extrema, sensitivity)
+        start = _initial_state(initial)
+        extended = run_voltage(rig, drive, times, start, modes, rtol=rtol, atol=atol)
+        _warn_if_negative(rig, extended.max_speed)
+        return extended
     run = np.zeros(1, dtype=RUN)
     run["y"], run["t"], run["h"] = _initial_state(initial), t_start, min(1e-3, seconds)
     p = kernel_record(rig)
@@ -137,15 +148,21 @@ def _integrate(
 
 
 def _check(rig: Rig, seconds: float, rtol: float, atol: float, method: str) -> None:
-    if rig.effects:
-        names = ", ".join(str(e.get("id", "?")) for e in rig.effects)
-        raise InputError(f"rig effects not known to this version: {names}; remove [[effects]]")
     if not (math.isfinite(seconds) and seconds > 0):
         raise InputError(f"seconds is {seconds}: give a duration greater than 0")
     if not (1e-15 < rtol < 1 and atol > 0):
         raise InputError(f"rtol={rtol}, atol={atol}: give 1e-15 < rtol < 1 and atol > 0")
     if method not in TABLEAUX:
         raise InputError(f"method is {method!r}: give one of {', '.join(TABLEAUX)}")
+
+
+def _check_extended(extrema: bool, sensitivity: bool) -> None:
+    for name, asked in (("sensitivity", sensitivity), ("extrema", extrema)):
+        if asked:
+            raise InputError(
+                f"{name} is not offered for a rig with [[effects]]: leave it out, or take the "
+                "rig without them, rig.replace(effects=())"
+            )
 
 
 def _sample_times(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
@@ -84,6 +84,8 @@ class Trajectory:
         final_modes: (upper, lower, clamped) at the end, shape (3,).
         max_speed: largest abs(omega_l) at any step, rad/s.
         steps: accepted and rejected steps.
+        errors: of the encoders of theta_u and theta_l at the samples by the rig's effects, rad,
+            shape (n, 2), or empty.
     """
 
     t: FloatArray
@@ -96,6 +98,7 @@ class Trajectory:
     final_modes: IntArray
     max_speed: float
     steps: int
+    errors: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
 
     @property
     def twist(self) -> FloatArray:
@@ -121,6 +124,12 @@ class Trajectory:
     def theta_u(self) -> FloatArray:
         """Upper-disc angle (rad)."""
         return self.state[:, 0] + self.state[:, 3]
+
+    @property
+    def readings(self) -> FloatArray:
+        """theta_u and theta_l (rad) with the errors of sensors' effects, shape (n, 2)."""
+        angles = np.column_stack([self.theta_u, self.theta_l])
+        return angles + self.errors if len(self.errors) else angles
 
     @property
     def u(self) -> FloatArray:

@@ -1,0 +1,1 @@
+"""Cases with concealed physics: made without the package, answered by it, scored afterwards."""

@@ -1,0 +1,95 @@
+"""What stays the same over a substep of the plant: the amplifier, slow states, disturbances."""
+
+import math
+
+from numba import njit
+
+from benchmarks.concealed.fields import (
+    BRAKE_HEAT,
+    DRIVE,
+    DWELL,
+    FACTOR_L,
+    FACTOR_U,
+    HOLD,
+    NOISE_L,
+    NOISE_U,
+    SAGGED,
+    SLEWED,
+    SLID,
+    VOLTS,
+    W_L,
+    WINDING,
+)
+from benchmarks.concealed.torques import lower_friction
+
+
+@njit(cache=True)
+def held_voltage(times, u, t, row):
+    """Voltage that was held at time `t`, not later than that of row `row`."""
+    while row >= 0 and times[row] > t:
+        row -= 1
+    return u[row] if row >= 0 else 0.0
+
+
+@njit(cache=True)
+def amplify(q, x, v, h):
+    """Voltage that reaches the motor over a substep, from the commanded one."""
+    if q.deadzone > 0.0:
+        v -= min(max(v, -q.deadzone), q.deadzone)
+    if q.slew_rate > 0.0:
+        move = q.slew_rate * h
+        x[SLEWED] += min(max(v - x[SLEWED], -move), move)
+        v = x[SLEWED]
+    if q.sag > 0.0:
+        x[SAGGED] = abs(v) + (x[SAGGED] - abs(v)) * math.exp(-h / q.sag_tau)
+        v *= 1.0 - q.sag * x[SAGGED]
+    if q.voltage_limit > 0.0:
+        v = min(max(v, -q.voltage_limit), q.voltage_limit)
+    if q.lag > 0.0:
+        start = x[VOLTS] - v
+        x[VOLTS] = v + start * math.exp(-h / q.lag)
+        v -= start * math.expm1(-h / q.lag) * q.lag / h
+    return v
+
+
+@njit(cache=True)
+def hold(q, x, a, t, h, v, nu, nl):
+    """Everything that stays the same over a substep from `t` s."""
+    middle = t + 0.5 * h
+    drive = q.km * v * (1.0 + math.copysign(q.gain_asymmetry, v))
+    if q.heating != 0.0:
+        x[WINDING] += h * (v * v / 25.0 - x[WINDING]) / q.heating_tau
+        drive *= 1.0 - q.heating * x[WINDING]
+    a[DRIVE], a[NOISE_U], a[NOISE_L] = drive, nu, nl
+    if q.upper_torque != 0.0:
+        a[NOISE_U] += q.upper_torque * math.sin(
+            2.0 * math.pi * q.upper_frequency * middle + q.upper_phase
+        )
+    if q.lower_torque != 0.0:
+        a[NOISE_L] += q.lower_torque * math.sin(
+            2.0 * math.pi * q.lower_frequency * middle + q.lower_phase
+        )
+    if q.pulse != 0.0 and 0.0 <= middle - q.pulse_time < q.pulse_width:
+        a[NOISE_L] += q.pulse
+    a[FACTOR_U] = 1.0
+    if q.warmup != 0.0:
+        a[FACTOR_U] += q.warmup * math.exp(-middle / q.warmup_tau)
+    a[FACTOR_L] = 1.0 + q.drift * middle / 60.0 - q.heat_fade * x[BRAKE_HEAT]
+    if q.step != 0.0 and middle >= q.step_time:
+        a[FACTOR_L] += q.step
+    if q.wear != 0.0:
+        a[FACTOR_L] += q.wear * math.expm1(-x[SLID] / q.wear_distance)
+    a[HOLD] = 0.0
+    if q.dwell_torque != 0.0:
+        a[HOLD] = -q.dwell_torque * math.expm1(-x[DWELL] / q.dwell_tau)
+
+
+@njit(cache=True)
+def remember(q, x, s, a, h):
+    """Slow states after a substep."""
+    x[DWELL] = x[DWELL] + h if s[1] == 0 else 0.0
+    speed = abs(x[W_L])
+    x[SLID] += h * speed
+    if q.heat_fade != 0.0:
+        power = speed * lower_friction(q, x, a, 1.0 if x[W_L] > 0 else -1.0, speed)
+        x[BRAKE_HEAT] += h * (power / 0.5 - x[BRAKE_HEAT]) / q.heat_tau

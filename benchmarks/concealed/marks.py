@@ -1,0 +1,122 @@
+"""Marks of one case: a diagnosis held against its answer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+ALARMS = ("missing_physics", "unexplained")
+# What is left of a gap is noise where the oracle itself is hardly better than the start.
+_CLOSABLE = 1.1
+_ANGLES = ("phase", "angle")
+
+
+def names_of(effect: Mapping[str, Any]) -> set[str]:
+    """An effect's id and those that no recording can tell from it."""
+    return {str(effect["id"]), *(str(name) for name in effect.get("alias_class") or [])}
+
+
+def ranked(diagnosis: Mapping[str, Any]) -> list[set[str]]:
+    """Names in the order the diagnosis believes in them, the effects before the alternatives."""
+    found: list[set[str]] = []
+    for effect in [*(diagnosis.get("effects") or []), *(diagnosis.get("alternatives") or [])]:
+        names = names_of(effect)
+        if not any(names & other for other in found):
+            found.append(names)
+    return found
+
+
+def mark(
+    answer: Mapping[str, Any],
+    diagnosis: Mapping[str, Any] | None,
+    parameter_names: Mapping[str, str] | None = None,
+) -> dict[str, Any]:
+    """Everything that is measured on one case.
+
+    Args:
+        answer: as sealed.
+        diagnosis: `diagnosis.json`; None where the tool gave none, which is always wrong.
+        parameter_names: "effect.parameter" of the answers to the tool's name for it, where
+            they differ.
+    """
+    truths = list(answer["effects"])
+    marks: dict[str, Any] = {
+        "kind": answer["kind"], "nasty": answer["nasty"],
+        "effects": [t["id"] for t in truths],
+        "ratio": truths[0].get("asked_ratio", truths[0]["ratio"]) if truths else 0.0,
+        "identifiable": all(t["identifiable"] for t in truths), "diagnosed": diagnosis is not None,
+    }  # fmt: skip
+    diagnosis = diagnosis or {}
+    order = ranked(diagnosis)
+    believed = [names_of(e) for e in diagnosis.get("effects") or []]
+    wanted = set(marks["effects"])
+    hits = [any(name in names for names in believed) for name in wanted]
+    located = diagnosis.get("located") or {}
+    components = {t["component"] for t in truths}
+    marks |= {
+        "verdict": diagnosis.get("verdict"),
+        "said": [sorted(names) for names in believed],
+        "first": bool(believed) and bool(believed[0] & wanted),
+        "three": any(names & wanted for names in order[:3]),
+        "component": located.get("component") in components,
+        "alarm": diagnosis.get("verdict") in ALARMS,
+        "both": bool(hits) and all(hits), "one": any(hits),
+        "surplus": sum(not names & wanted for names in believed),
+        "says_unexplained": diagnosis.get("verdict") == "unexplained",
+        "coordinate": bool(truths) and _coordinate(diagnosis) in truths[0]["depends_on"],
+        "probability": _probability(diagnosis),
+        "gap_closed": _gap_closed(answer, diagnosis),
+        "covered": list(_coverage(truths, diagnosis, parameter_names or {})),
+    }  # fmt: skip
+    return marks
+
+
+def _coordinate(diagnosis: Mapping[str, Any]) -> Any:
+    shape = diagnosis.get("shape") or {}
+    if diagnosis.get("verdict") == "unexplained" and shape.get("coordinate"):
+        return shape["coordinate"]
+    return (diagnosis.get("located") or {}).get("depends_on")
+
+
+def _probability(diagnosis: Mapping[str, Any]) -> float | None:
+    effects = diagnosis.get("effects") or []
+    return float(effects[0]["probability"]) if effects else None
+
+
+def _gap_closed(answer: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> float | None:
+    """Share of the closable error of 5 s predictions that is closed, mean over the channels."""
+    five = (diagnosis.get("fit") or {}).get("five_second_prediction") or {}
+    oracles = list(answer["oracle_five_second_rms"].values())
+    shares = []
+    for channel in ("theta_u", "theta_l"):
+        told = five.get(channel) or {}
+        before, after = told.get("before_rms"), told.get("after_rms")
+        if before is None or after is None:
+            continue
+        oracle = math.sqrt(sum(o[channel] ** 2 for o in oracles) / len(oracles))
+        if before > _CLOSABLE * oracle:
+            shares.append(min((before - after) / (before - oracle), 1.0))
+    return sum(shares) / len(shares) if shares else None
+
+
+def _coverage(
+    truths: Iterable[Mapping[str, Any]], diagnosis: Mapping[str, Any], names: Mapping[str, str]
+) -> Iterable[dict[str, Any]]:
+    """Whether each interval that has a true value of the same name holds it."""
+    for truth in truths:
+        for effect in diagnosis.get("effects") or []:
+            if effect["id"] != truth["id"]:
+                continue
+            for name, value in truth["parameters"].items():
+                told = effect.get("parameters") or {}
+                found = told.get(names.get(f"{truth['id']}.{name}", name))
+                if found is not None and found.get("low") is not None:
+                    yield {"parameter": f"{truth['id']}.{name}", "inside": _inside(
+                        name, value, found["low"], found["high"])}  # fmt: skip
+
+
+def _inside(name: str, value: float, low: float, high: float) -> bool:
+    if name in _ANGLES:
+        value = low + (value - low) % (2.0 * math.pi)
+    return low <= value <= high

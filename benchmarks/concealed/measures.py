@@ -1,0 +1,116 @@
+"""Measures over the marks of many cases: the issue's table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+Row = dict[str, Any]
+_BINS = 10
+
+
+def wilson(hits: int, n: int) -> tuple[float, float]:
+    """95 % interval of a share."""
+    if n == 0:
+        return 0.0, 1.0
+    z, p = 1.959964, hits / n
+    middle, half = p + z * z / (2 * n), z * math.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
+    low, high = (middle - half) / (1 + z * z / n), (middle + half) / (1 + z * z / n)
+    return max(low, 0.0), min(high, 1.0)
+
+
+def share(rows: Sequence[Row], hit: Callable[[Row], bool]) -> Row:
+    """How many rows hit, with the Wilson interval; the share is None of no rows."""
+    hits = sum(bool(hit(r)) for r in rows)
+    low, high = wilson(hits, len(rows))
+    return {"hits": hits, "n": len(rows), "share": hits / len(rows) if rows else None,
+            "low": low, "high": high}  # fmt: skip
+
+
+def measure(rows: Sequence[Row]) -> dict[str, Any]:
+    """Every measure of the issue that single runs can tell."""
+    single = [r for r in rows if r["kind"] == "single" and r["identifiable"]]
+    clear = [r for r in single if r["ratio"] >= 5]
+    fair = [r for r in single if r["ratio"] == 2]
+    faint = [r for r in single if r["ratio"] == 1]
+    null = [r for r in rows if r["kind"] == "null"]
+    pair = [r for r in rows if r["kind"] == "pair"]
+    out = [r for r in rows if r["kind"] == "out"]
+    shape = [r for r in rows if r["kind"] == "shape"]
+    return {
+        "named first, 5 x and more": share(clear, lambda r: r["first"]),
+        "named first, 2 x": share(fair, lambda r: r["first"]),
+        "named first, 1 x": share(faint, lambda r: r["first"]),
+        "among the first three, 5 x and more": share(clear, lambda r: r["three"]),
+        "component right, 5 x and more": share(clear, lambda r: r["component"]),
+        "a second, wrong effect too, 5 x and more": share(clear, lambda r: r["surplus"] > 0),
+        "named first, not identifiable": share(
+            [r for r in rows if r["kind"] == "single" and not r["identifiable"]],
+            lambda r: r["first"],
+        ),
+        "false alarms on nulls": share(null, lambda r: r["alarm"] or not r["diagnosed"]),
+        "false alarms on nasty nulls": share(
+            [r for r in null if r["nasty"]], lambda r: r["alarm"] or not r["diagnosed"]
+        ),
+        "pairs: both": share(pair, lambda r: r["both"]),
+        "pairs: at least one": share(pair, lambda r: r["one"]),
+        "friction shape named first": share(shape, lambda r: r["first"]),
+        "out of library: says so": share(out, lambda r: r["says_unexplained"]),
+        "out of library: coordinate right": share(out, lambda r: r["coordinate"]),
+        "coverage of 95 % intervals": share(
+            [c for r in rows for c in r["covered"]], lambda c: c["inside"]
+        ),
+        "expected calibration error": calibration_error(rows),
+        "held-out gap closed": _quantiles(
+            [r["gap_closed"] for r in clear + pair if r["gap_closed"] is not None]
+        ),
+        "CPU s a case": _quantiles([r["cpu_s"] for r in rows if r["cpu_s"] is not None]),
+        "effects": by_effect(rows),
+    }
+
+
+def calibration_error(rows: Sequence[Row]) -> Row:
+    """Mean distance of claimed probability from the share of right claims, in ten bins.
+
+    Each case whose first effect has a probability counts, a null that names one as wrong.
+    """
+    claims = [(r["probability"], r["first"]) for r in rows if r["probability"] is not None]
+    bins, error = [], 0.0
+    for b in range(_BINS):
+        inside = [c for c in claims if min(int(c[0] * _BINS), _BINS - 1) == b]
+        if inside:
+            claimed, right = np.mean(np.array(inside, dtype=float), axis=0)
+            error += abs(claimed - right) * len(inside) / len(claims)
+            bins.append({"claimed": float(claimed), "right": float(right), "n": len(inside)})
+    return {"error": float(error) if claims else None, "n": len(claims), "bins": bins}
+
+
+def _quantiles(values: Sequence[float]) -> Row:
+    if not values:
+        return {"n": 0, "median": None, "tenth": None, "ninetieth": None, "largest": None}
+    tenth, median, ninetieth = np.quantile(values, [0.1, 0.5, 0.9]).tolist()
+    return {"n": len(values), "median": median, "tenth": tenth, "ninetieth": ninetieth,
+            "largest": max(values)}  # fmt: skip
+
+
+def by_effect(rows: Sequence[Row]) -> dict[str, Row]:
+    """Effect by effect: how often it was named at each ratio, and what was named instead."""
+    found: dict[str, Row] = {}
+    for r in rows:
+        if r["kind"] not in ("single", "shape"):
+            continue
+        entry = found.setdefault(
+            r["effects"][0],
+            {"identifiable": r["identifiable"], "first": {}, "three": {}, "instead": {}},
+        )
+        ratio = f"{r['ratio']:g}"
+        for name in ("first", "three"):
+            hits, n = entry[name].get(ratio, (0, 0))
+            entry[name][ratio] = (hits + bool(r[name]), n + 1)
+        if not r["first"]:
+            said = r["said"][0][0] if r["said"] else str(r["verdict"])
+            entry["instead"][said] = entry["instead"].get(said, 0) + 1
+    return dict(sorted(found.items()))

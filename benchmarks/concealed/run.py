@@ -1,0 +1,110 @@
+"""Diagnose every case, each in a process of its own that is given copies of its recordings only.
+
+`python -m benchmarks.concealed.run --cases DIR --out REPORTS`. Cases that are done are not done
+again; each leaves `run.json` with its exit status, CPU and wall seconds.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.progress import track
+
+from drill_env._files import make_folder, write_text
+
+_OPTIONS = {"leave_out": "--leave-out", "start_friction": "--start-friction"}
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+TOOL = (str(Path(sys.executable).parent / "drill-env"), "diagnose")
+
+
+def command(tool: tuple[str, ...], case: Path, out: Path) -> list[str]:
+    """What diagnoses a case."""
+    found = [*tool, *(str(p) for p in sorted(case.glob("fit-*.csv")))]
+    for path in sorted(case.glob("holdout-*.csv")):
+        found += ["--holdout", str(path)]
+    public = case / "case.json"
+    told = json.loads(public.read_text(encoding="utf-8")) if public.exists() else {}
+    for name, value in told.items():
+        found += [_OPTIONS[name], value]
+    return [*found, "--out", str(out)]
+
+
+def diagnose(tool: tuple[str, ...], case: Path, out: Path, limit: float) -> dict[str, Any]:
+    """Diagnose one case and say what it took.
+
+    Args:
+        tool: command in front of the recordings.
+        case: folder of the case.
+        out: where its report goes.
+        limit: wall seconds after which it is given up.
+    """
+    environment = {**os.environ, **dict.fromkeys(_ONE_THREAD, "1")}
+    with tempfile.TemporaryDirectory() as hidden:
+        copy = Path(shutil.copytree(case, Path(hidden) / "case"))
+        log = Path(hidden) / "log"
+        began = time.perf_counter()
+        with log.open("wb") as stream:
+            process = subprocess.Popen(
+                command(tool, copy, out.resolve()), cwd=hidden, env=environment,
+                stdout=stream, stderr=subprocess.STDOUT,
+            )  # fmt: skip
+            status, usage = _wait(process, began + limit)
+        tail = log.read_text(encoding="utf-8", errors="replace")[-2000:]
+    return {
+        "exit_status": status, "cpu_s": usage.ru_utime + usage.ru_stime,
+        "wall_s": time.perf_counter() - began, "output_tail": tail,
+    }  # fmt: skip
+
+
+def _wait(process: subprocess.Popen[bytes], deadline: float) -> tuple[int, Any]:
+    # wait4 alone tells the CPU of one child among several.
+    while True:
+        ended, status, usage = os.wait4(process.pid, os.WNOHANG)
+        if ended:
+            process.returncode = os.waitstatus_to_exitcode(status)
+            return process.returncode, usage
+        if time.perf_counter() > deadline:
+            process.kill()
+            deadline = float("inf")
+        time.sleep(0.02)
+
+
+def _one(tool: tuple[str, ...], case: Path, out: Path, limit: float) -> None:
+    done = out / "run.json"
+    if done.exists() and json.loads(done.read_text(encoding="utf-8"))["exit_status"] == 0:
+        return
+    make_folder(out)
+    write_text(done, json.dumps(diagnose(tool, case, out, limit), indent=1) + "\n")
+
+
+def main(
+    cases: Annotated[Path, typer.Option(help="Folder of the cases.")],
+    out: Annotated[Path, typer.Option(help="Folder of the reports.")],
+    jobs: Annotated[int, typer.Option(help="Cases at a time.")] = 1,
+    limit: Annotated[float, typer.Option(help="Wall seconds a case.")] = 600.0,
+    first: Annotated[int, typer.Option(help="Only so many; 0 for all.")] = 0,
+) -> None:
+    """Diagnose the cases that are not done yet."""
+    folders = sorted(cases.glob("case-*"))[: first or None]
+    make_folder(out)
+    with ThreadPoolExecutor(jobs) as pool:
+        todo = [pool.submit(_one, TOOL, f, out / f.name, limit) for f in folders]
+        for job in track(todo, "cases", transient=True):
+            job.result()
+    records = [json.loads((out / f.name / "run.json").read_text(encoding="utf-8")) for f in folders]
+    failed = [f.name for f, r in zip(folders, records, strict=True) if r["exit_status"]]
+    print(f"{len(folders)} cases, {len(failed)} failed{': ' if failed else ''}{', '.join(failed)}")
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,152 @@
+"""`drill-env diagnose`: what the model leaves out of recordings."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from drill_env._errors import InputError
+from drill_env._files import make_folder, write_text
+from drill_env.cli._common import (
+    JsonOption,
+    MapOption,
+    RigOption,
+    output_folder,
+    plain,
+    print_json,
+    progress_bar,
+    remarks,
+    rig_from,
+)
+from drill_env.parameters import Rig, save_rig
+
+if TYPE_CHECKING:
+    from drill_env.diagnosis.diagnose import Diagnosis
+    from drill_env.recordings import RecordingSet
+
+
+class Law(StrEnum):
+    """Friction laws to start from."""
+
+    HUMPED = "humped"
+    STRIBECK = "stribeck"
+    COULOMB = "coulomb"
+
+
+FitArgument = Annotated[
+    list[Path], typer.Argument(help="Recordings to fit, or one folder of recordings.")
+]
+HoldoutOption = Annotated[
+    list[Path] | None, typer.Option(help="Recording to judge by, repeatable.", show_default=False)
+]
+OutOption = Annotated[Path, typer.Option(help="Folder for page, JSON and rig file.")]
+LeaveOption = Annotated[
+    list[str] | None,
+    typer.Option(help="Effect that the library shall lack, repeatable.", show_default=False),
+]
+LawOption = Annotated[
+    Law | None,
+    typer.Option(help="Friction law to start from, with the paper's rig.", show_default=False),
+]
+MostOption = Annotated[int, typer.Option(help="Effects that are looked for.")]
+SeedOption = Annotated[int, typer.Option(help="Of what is drawn.")]
+
+
+def diagnose_command(
+    fit: FitArgument,
+    out: OutOption = Path("report"),
+    holdout: HoldoutOption = None,
+    rig: RigOption = None,
+    start_friction: LawOption = None,
+    leave_out: LeaveOption = None,
+    most: MostOption = 2,
+    mapping: MapOption = None,
+    seed: SeedOption = 0,
+    as_json: JsonOption = False,
+) -> None:
+    """Find the physics that the rig's model leaves out of recordings, and model it.
+
+    The rig is fitted first; then every effect of the library is scored, the best are fitted
+    together with the rig and the noise, and what the data demand is kept if it helps on
+    recordings that were held out. Writes index.html, diagnosis.json and rig-extended.toml.
+
+    Example: drill-env diagnose fit-*.csv --holdout hold.csv --out report
+    """
+    from drill_env.diagnosis.diagnose import diagnose
+    from drill_env.diagnosis.options import DiagnosisOptions
+
+    output_folder(out)
+    options = DiagnosisOptions(
+        leave_out=tuple(leave_out or ()), most=most, given_rig=rig is not None, seed=seed
+    )
+    start = _start(rig, start_friction)
+    with remarks():
+        recordings = _recordings(fit, holdout or [], mapping or [], None if rig is None else start)
+        with progress_bar() as bar:
+            task = bar.add_task("reading", total=None)
+            found = diagnose(
+                recordings.fit, start, recordings.holdout, options=options,
+                report=lambda text: bar.update(task, description=text),
+            )  # fmt: skip
+            bar.update(task, description="writing the report")
+            _write(found, out)
+    if as_json:
+        print_json(found.result.as_dict())
+        return
+    for line in found.result.sentences:
+        typer.echo(line)
+    typer.echo(f"Report: {out / 'index.html'}")
+
+
+def _start(path: Path | None, law: Law | None) -> Rig:
+    start = rig_from(path)
+    if law is None or law.value == start.friction:
+        return start
+    if path is not None:
+        raise InputError("--start-friction goes with the paper's rig: write the law in the file")
+    if law is Law.COULOMB:
+        return start.replace(friction="coulomb", Tsl=0.05, bl=0.002)
+    return start.replace(friction="stribeck", Tsl=0.08, T1=-0.05, beta1=0.3, bl=0.002)
+
+
+def _recordings(
+    fit: list[Path], holdout: list[Path], mapping: list[str], rig: Rig | None
+) -> RecordingSet:
+    from drill_env.identification.screening import screen
+    from drill_env.recordings import RecordingSet, parse_map, read_folder, read_recording
+
+    if len(fit) == 1 and fit[0].is_dir():
+        if mapping or holdout:
+            raise InputError(
+                "--map and --holdout do not go with a folder: use recordings.toml there"
+            )
+        found = read_folder(fit[0])
+    else:
+        columns = parse_map(mapping)
+        parts = [
+            tuple(read_recording(path, columns, need=("u",)) for path in paths)
+            for paths in (fit, holdout)
+        ]
+        found = RecordingSet(fit=parts[0], holdout=parts[1])
+    if not found.fit:
+        raise InputError(f"{fit[0]}: no recording to fit; give one the role fit")
+    for recording in (*found.fit, *found.holdout):
+        for remark in screen(recording, rig):
+            warnings.warn(remark, stacklevel=1)
+    return found
+
+
+def _write(found: Diagnosis, out: Path) -> None:
+    from drill_env.report.diagnosis_page import diagnosis_page
+
+    page = diagnosis_page(found)
+    make_folder(out)
+    document = json.dumps(plain(found.result.as_dict()), indent=2, allow_nan=False)
+    write_text(out / "diagnosis.json", document + "\n")
+    save_rig(found.rig, out / "rig-extended.toml")
+    write_text(out / "index.html", page)

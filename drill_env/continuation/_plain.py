@@ -1,0 +1,22 @@
+"""Which rigs can be continued."""
+
+from __future__ import annotations
+
+from drill_env._errors import InputError
+from drill_env.parameters import Rig
+
+
+def require_plain(rig: Rig) -> None:
+    """Refuse what continuation does not cover.
+
+    Raises:
+        InputError: the rig has one inertia or effects.
+    """
+    if rig.inertias == 1:
+        raise InputError("continuation needs a rig with two inertias; this one has one")
+    if rig.effects:
+        names = ", ".join(str(effect.get("id", "?")) for effect in rig.effects)
+        raise InputError(
+            f"continuation does not cover [[effects]] ({names}): simulate the rig or run its "
+            "environment instead, or continue it without them, rig.replace(effects=())"
+        )

@@ -1,0 +1,265 @@
+"""The detective: from recordings to what the rig's model leaves out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from drill_env._errors import InputError
+from drill_env.diagnosis.belief import changes, numbers_of, probabilities, rivals, significant
+from drill_env.diagnosis.declare import extended_rig
+from drill_env.diagnosis.extended import Fit, Setting
+from drill_env.diagnosis.faults import Fault, find_faults
+from drill_env.diagnosis.held_out import Judged, judge, noise_floor, rms
+from drill_env.diagnosis.law import law_fit
+from drill_env.diagnosis.locate import describe, locate
+from drill_env.diagnosis.next_experiment import next_experiment
+from drill_env.diagnosis.options import DiagnosisOptions
+from drill_env.diagnosis.result import (
+    Alternative,
+    DiagnosisResult,
+    Located,
+    NamedEffect,
+    Number,
+    Verdict,
+)
+from drill_env.diagnosis.search import NEEDED, Found, find, trimmed
+from drill_env.diagnosis.sentences import sentences
+from drill_env.diagnosis.terms import Named, Shape, Term
+from drill_env.effects import LIBRARY
+from drill_env.identification.coordinates import active_names
+from drill_env.identification.prediction_error import Samples, prepare
+from drill_env.parameters import SYMBOLS, Rig
+from drill_env.recordings import Recording
+
+Report = Callable[[str], None]
+_ANGLES = ("theta_u", "theta_l")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Diagnosis:
+    """A diagnosis with what it was made of.
+
+    Attributes:
+        result: plain values.
+        found: the search.
+        start: the rig that was given.
+        rig: the rig with the effects that were found.
+        before: held-out recordings under the fitted rig alone.
+        after: held-out recordings under the fitted rig with its terms.
+        holdout: names of the held-out recordings.
+    """
+
+    result: DiagnosisResult
+    found: Found
+    start: Rig
+    rig: Rig
+    before: tuple[Judged, ...]
+    after: tuple[Judged, ...]
+    holdout: tuple[str, ...]
+
+
+def diagnose(
+    recordings: Sequence[Recording],
+    rig: Rig,
+    holdout: Sequence[Recording] = (),
+    *,
+    options: DiagnosisOptions | None = None,
+    report: Report = lambda text: None,
+) -> Diagnosis:
+    """Find what a rig's model leaves out of recordings, and show that it was missing.
+
+    Args:
+        recordings: with u and theta_u or theta_l, to fit.
+        rig: where to start; its parameters are free but for Ju, the scale of torque.
+        holdout: recordings to judge on; without them the gain is that of the fit.
+        options: how to search.
+        report: told what is being done.
+
+    Raises:
+        InputError: no recordings, a channel is missing, or an argument is out of range.
+    """
+    options = options or DiagnosisOptions()
+    if not recordings:
+        raise InputError("diagnose needs at least one recording to fit")
+    if rig.effects:
+        raise InputError("diagnose starts from a rig without [[effects]]: remove them")
+    rig = rig.replace(**options.fixed)
+    # The matrices are small: threads of the linear algebra would only wait for each other.
+    with threadpool_limits(1):
+        samples = [prepare(r, rig) for r in recordings]
+        held = [prepare(r, rig) for r in holdout]
+        return _diagnose(samples, held, rig, options, report)
+
+
+def _diagnose(
+    samples: list[Samples], held: list[Samples], rig: Rig, options: DiagnosisOptions, report: Report
+) -> Diagnosis:
+    library = [e for e in LIBRARY.values() if e.id not in options.leave_out]
+    if rig.inertias == 1:
+        library = [e for e in library if e.equation == "upper"]
+    free = [n for n in SYMBOLS if n in active_names(rig) - {"Ju"} - set(options.fixed)]
+    found = find(samples, rig, free, library, most=options.most, report=report)
+    law = None
+    if rig.friction != "humped" and rig.inertias == 2 and "friction_shape" not in options.leave_out:
+        report("trying another friction law")
+        law = law_fit(samples, rig, found, library, options.most, report)
+        found = law.found if law else found
+    held = [replace(s, release=found.setting.samples[0].release) for s in held]
+    report("judging held-out recordings")
+    base = law.before if law else found.base
+    base_setting = law.setting if law else found.setting
+    found, before, after = _judged(found, base_setting, base, held)
+    faults = [f for f in find_faults(found.setting, found.final) if f.id not in options.leave_out]
+    result = _result(found, base, rig, law is not None, faults, before, after, held, options)
+    return Diagnosis(
+        result, found, rig, extended_rig(found.final.rig, found.final.terms), before, after,
+        tuple(s.recording.source for s in held),
+    )  # fmt: skip
+
+
+def _judged(
+    found: Found, base_setting: Setting, base: Fit, held: Sequence[Samples]
+) -> tuple[Found, tuple[Judged, ...], tuple[Judged, ...]]:
+    """Judge before and after; a term that does not help on held-out recordings is dropped."""
+    before = tuple(judge(s, base_setting, base) for s in held)
+    after = tuple(judge(s, found.setting, found.final) for s in held)
+    while held and found.final.terms:
+        fewer = trimmed(found)
+        alone = tuple(judge(s, fewer.setting, fewer.final) for s in held)
+        if sum(j.value for j in after) < sum(j.value for j in alone) - 2.0:
+            break
+        found, after = fewer, alone
+    return found, before, after
+
+
+def _result(
+    found: Found, base: Fit, start: Rig, new_law: bool, faults: list[Fault],
+    before: tuple[Judged, ...], after: tuple[Judged, ...], held: Sequence[Samples],
+    options: DiagnosisOptions,
+) -> DiagnosisResult:  # fmt: skip
+    final, setting = found.final, found.setting
+    changed = changes(setting, final, start, seed=options.seed)
+    effects = _effects(found, base, new_law, faults)
+    shaped = [t for t in final.terms if isinstance(t.source, Shape)]
+    verdict = _verdict(effects, shaped, changed, options)
+    leading = final.terms[0] if final.terms else None
+    located = locate(setting, final, leading) if leading is not None else _law_located(effects)
+    chosen = effects[0].id if effects else (shaped[0].id if shaped else "")
+    alternatives = [Alternative(*rival) for rival in rivals(found.rounds, chosen)]
+    experiment = next_experiment(found) if final.terms else None
+    result = DiagnosisResult(
+        verdict, located, effects, alternatives,
+        describe(shaped[0]) if shaped else None, changed,
+        _fit(found, base, before, after, held, options.seed),
+        {k: float(getattr(final.noise, k)) for k in final.noise.__slots__},
+        [f.text for f in faults], [], experiment,
+        {
+            "fit": [s.recording.source for s in setting.samples],
+            "holdout": [s.recording.source for s in held],
+        },
+    )  # fmt: skip
+    return replace(result, sentences=sentences(result))
+
+
+def _verdict(
+    effects: list[NamedEffect], shaped: list[Term], changed: dict, options: DiagnosisOptions
+) -> Verdict:
+    if shaped:
+        return "unexplained"
+    if effects:
+        return "missing_physics"
+    if options.given_rig and significant(changed):
+        return "parameters"
+    return "consistent"
+
+
+def _law_located(effects: list[NamedEffect]) -> Located | None:
+    if not effects:
+        return None
+    first = effects[0]
+    depends = {"friction_shape": "omega_l"}.get(first.id, "time")
+    equation = "lower" if first.id == "friction_shape" else "both"
+    return Located(
+        first.component, equation, depends, "", [], {}, None, None,
+        {"upper": 0.0, "lower": 0.0}, {"upper": 0.0, "lower": 0.0},
+    )  # fmt: skip
+
+
+def _effects(found: Found, base: Fit, new_law: bool, faults: list[Fault]) -> list[NamedEffect]:
+    effects = []
+    if new_law:
+        effects.append(_law_effect(found))
+    for term in found.final.terms:
+        if not isinstance(term.source, Named):
+            continue
+        effect = term.source.effect
+        chance = max((probabilities(r).get(term.id, 0.0) for r in found.rounds), default=1.0)
+        effects.append(
+            NamedEffect(
+                effect.id, effect.component, chance, numbers_of(found.setting, found.final, term),
+                effect.formula, effect.meaning, list(effect.aliases),
+            )
+        )  # fmt: skip
+    for fault in faults:
+        numbers = {k: Number(*v) for k, v in fault.parameters.items()}
+        effects.append(NamedEffect(fault.id, "sensor", 0.99, numbers, fault.text, fault.text, []))
+    return effects
+
+
+def _law_effect(found: Found) -> NamedEffect:
+    rig = found.final.rig
+    changed = changes(found.setting, found.final, rig)
+    numbers = {
+        name: Number(c.after, c.low, c.high, unit)
+        for name, unit in (("Tsl", "Nm"), ("T1", "Nm"), ("T2", "Nm"), ("beta1", "s/rad"),
+                           ("beta2", "s/rad"), ("bl", "Nm s/rad"))
+        if (c := changed.get(name)) is not None
+    }  # fmt: skip
+    return NamedEffect(
+        "friction_shape", "lower", 0.99, numbers,
+        "T_l = Tsl + T1 (1 - 2/(1+e^(beta1 w))) + T2 (1 - 2/(1+e^(beta2 w))) + bl w",
+        "The brake's friction rises, falls and rises again with speed: the humped law of the "
+        "paper, equation (7).",
+        [],
+    )  # fmt: skip
+
+
+def _fit(
+    found: Found, base: Fit, before: tuple[Judged, ...], after: tuple[Judged, ...],
+    held: Sequence[Samples], seed: int,
+) -> dict:  # fmt: skip
+    out: dict = {
+        "fitted": {
+            "log_likelihood": {"before": -0.5 * base.value, "after": -0.5 * found.final.value},
+            "criterion_gain": base.bic - found.final.bic,
+            "needed": NEEDED,
+        }
+    }
+    if not held:
+        return out
+    floor = noise_floor(held, found.final, after, seed)
+    for key, which in (("holdout", "free"), ("five_second_prediction", "short")):
+        out[key] = {
+            name: {
+                "before_rms": _plain(rms(before, which, i)),
+                "after_rms": _plain(rms(after, which, i)),
+                "floor_rms": _plain(floor[which][name]),
+            }
+            for i, name in enumerate(_ANGLES)
+            if any(np.isfinite(j.measured[:, i]).any() for j in before)
+        }
+    out["holdout"]["log_likelihood"] = {
+        "before": -0.5 * sum(j.value for j in before),
+        "after": -0.5 * sum(j.value for j in after),
+        "floor": -0.5 * sum(j.floor for j in after),
+    }
+    return out
+
+
+def _plain(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,399 @@
+"""Fit of a rig together with terms: joint damped Gauss-Newton, noise estimated anew."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from drill_env._errors import InputError
+from drill_env._types import FloatArray
+from drill_env.diagnosis.terms import Shape, Term, with_terms
+from drill_env.effects.along import Motion
+from drill_env.identification.coordinates import POSITIVE, Coordinates
+from drill_env.identification.noise import NoiseModel
+from drill_env.identification.noise_fit import noise_step
+from drill_env.identification.prediction_error import Path, Samples, path_of, value_of
+from drill_env.identification.smoothing import slopes_of, smoothed
+from drill_env.parameters import SYMBOLS, Rig
+
+THREADS = 2
+_TRIES = 6
+_RIG_STEP = 1e-4
+# Above what rounding to whole counts gives, an encoder's noise would hide missing physics.
+_MOST_ROUNDING = 2.0
+_LEAST_DAMPING = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Setting:
+    """What a fit works on.
+
+    Attributes:
+        samples: recordings.
+        coordinates: free parameters of the rig.
+        doubt: relative standard deviation of the parameters around the start. Where the rig fits
+            it is far too wide to matter; where physics is missing it keeps the rig sensible.
+        robust: standard deviations beyond which an innovation loses weight.
+    """
+
+    samples: tuple[Samples, ...]
+    coordinates: Coordinates
+    doubt: float = 0.05
+    robust: float = 5.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """A rig with terms and noise, and the likelihood there.
+
+    Attributes:
+        vector: coordinates of the rig, shape (free,).
+        rig: the rig without the terms.
+        terms: what is added.
+        noise: of all recordings.
+        starts: of each recording.
+        motions: of each recording, along which the terms are evaluated.
+        value: minus twice the log posterior, without its constant.
+        gradient: downhill direction in (coordinates, terms' numbers), the starts eliminated.
+        information: expected curvature likewise.
+        start_steps: Gauss-Newton steps of the starts while the rest stays.
+        start_slopes: what they lose for each unit of (coordinates, terms' numbers).
+        count: samples predicted.
+    """
+
+    vector: FloatArray
+    rig: Rig
+    terms: tuple[Term, ...]
+    noise: NoiseModel
+    starts: tuple[FloatArray, ...]
+    motions: tuple[Motion, ...]
+    value: float
+    gradient: FloatArray
+    information: FloatArray
+    start_steps: tuple[FloatArray, ...]
+    start_slopes: tuple[FloatArray, ...]
+    count: int
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers the terms have."""
+        return sum(len(term.q) for term in self.terms)
+
+    @property
+    def bic(self) -> float:
+        """Bayesian information criterion, rig parameters left out as all fits share them."""
+        return self.value + self.numbers * math.log(max(self.count, 2))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Part:
+    """One recording's share."""
+
+    value: float
+    gradient: FloatArray
+    information: FloatArray
+    start_step: FloatArray
+    start_slope: FloatArray
+    count: int
+
+
+def motion_of(samples: Samples, noise: NoiseModel, path: Path) -> Motion:
+    """The motion that all samples together tell, once the readings are corrected."""
+    states = smoothed(samples, noise, path).states[:, :4]
+    rates = np.gradient(states[:, 1:3], samples.t, axis=0)
+    return Motion(samples.t, samples.u, np.hstack([states, rates]), samples.restarts)
+
+
+def whitened(
+    samples: Samples, setting: Setting, fit_rig: Rig, jacobian: FloatArray, terms: Sequence[Term],
+    noise: NoiseModel, path: Path, motion: Motion,
+) -> FloatArray:  # fmt: skip
+    """Columns (coordinates, terms' numbers, starts) of the linear regression, shape (n, 2, m)."""
+    places = [SYMBOLS.index(name) for name in setting.coordinates.free]
+    slopes = path.rows["slopes"]
+    columns = [slopes[:, :, places] @ jacobian]
+    for term in terms:
+        loads, errors = term.slopes(fit_rig, motion)
+        columns.append(slopes_of(samples, noise, path, loads, errors))
+        by_rig = _slopes_by_rig(setting, fit_rig, term, motion)
+        if by_rig is not None:
+            columns[0] = columns[0] + slopes_of(samples, noise, path, by_rig, None)
+    return np.concatenate(columns, axis=2)
+
+
+def _slopes_by_rig(setting: Setting, rig: Rig, term: Term, motion: Motion) -> FloatArray | None:
+    """How a term's torques follow the rig's coordinates, shape (n, 2, free)."""
+    if isinstance(term.source, Shape):
+        return None
+    free = setting.coordinates.free
+    names = [name for name in term.source.effect.follows if name in free]
+    if not names:
+        return None
+    base = term.source.response(term.q, rig, motion)[0]
+    out = np.zeros((*base.shape, len(free)))
+    for name in names:
+        value = getattr(rig, name)
+        step = _RIG_STEP * max(abs(value), 1e-6)
+        moved = rig.replace(**{name: value + step})
+        out[:, :, free.index(name)] = (term.source.response(term.q, moved, motion)[0] - base) / step
+    return out @ setting.coordinates.jacobian(setting.coordinates.vector(rig))
+
+
+def _part(
+    samples: Samples, setting: Setting, rig: Rig, jacobian: FloatArray, terms: tuple[Term, ...],
+    noise: NoiseModel, starts: FloatArray, motion: Motion,
+) -> _Part:  # fmt: skip
+    given = with_terms(samples, terms, rig, motion)
+    path = path_of(given, rig, noise, starts, setting.robust, slopes=True)
+    columns = whitened(given, setting, rig, jacobian, terms, noise, path, motion)
+    count = columns.shape[2]
+    used = path.rows["weight"] > 0
+    x, white = columns[used], path.rows["white"][used]
+    gradient, information = x.T @ white, x.T @ x
+    known = samples.spreads <= 0.0
+    weights = np.where(known, 0.0, 1.0 / np.where(known, 1.0, samples.spreads) ** 2)
+    miss = np.where(known, 0.0, samples.starts - starts)
+    steps, slopes = np.zeros_like(starts), np.zeros((*starts.shape, count))
+    edges = [*samples.restarts.tolist(), len(samples.t)]
+    inner_columns = path.rows["slopes"][:, :, len(SYMBOLS) :]
+    for i in range(len(starts)):
+        rows = slice(edges[i], edges[i + 1])
+        free = np.flatnonzero(~known[i])
+        here = used[rows]
+        z, w = inner_columns[rows][here][:, free], path.rows["white"][rows][here]
+        inner = z.T @ z + np.diag(weights[i, free])
+        across = np.linalg.solve(inner, z.T @ columns[rows][here])
+        pull = z.T @ w + (weights[i] * miss[i])[free]
+        steps[i, free] = np.linalg.solve(inner, pull)
+        slopes[i, free] = across
+        gradient = gradient - across.T @ pull
+        information = information - across.T @ inner @ across
+    value = path.value + float(np.sum(weights * miss**2))
+    return _Part(value, gradient, information, steps, slopes, int(used.sum()))
+
+
+def evaluate(
+    setting: Setting, vector: FloatArray, terms: tuple[Term, ...], noise: NoiseModel,
+    starts: Sequence[FloatArray], motions: Sequence[Motion],
+) -> Fit:  # fmt: skip
+    """Likelihood and its derivatives at a rig with terms.
+
+    Raises:
+        InputError: the coordinates make no rig.
+    """
+    rig = setting.coordinates.rig(vector)
+    jacobian = setting.coordinates.jacobian(vector)
+    jobs = list(zip(setting.samples, starts, motions, strict=True))
+    with ThreadPoolExecutor(THREADS) as pool:
+        parts = list(
+            pool.map(lambda j: _part(j[0], setting, rig, jacobian, terms, noise, j[1], j[2]), jobs)
+        )
+    gradient = np.sum([p.gradient for p in parts], axis=0)
+    information = np.sum([p.information for p in parts], axis=0)
+    free = len(vector)
+    centre = setting.coordinates.vector(setting.coordinates.base)
+    weight, miss = prior_weight(setting, centre), centre - vector
+    gradient[:free] += weight * miss
+    information[:free, :free] += np.diag(weight)
+    value = sum(p.value for p in parts) + float(weight @ miss**2)
+    return Fit(
+        vector, rig, terms, noise, tuple(starts), tuple(motions), value, gradient, information,
+        tuple(p.start_step for p in parts), tuple(p.start_slope for p in parts),
+        sum(p.count for p in parts),
+    )  # fmt: skip
+
+
+def prior_weight(setting: Setting, centre: FloatArray) -> FloatArray:
+    """Precision of each coordinate around the start, shape (free,)."""
+    base = setting.coordinates.base
+    # Asymmetries may be as large as a tenth of what they are asymmetries of.
+    scales = {"dTsu": base.Tsu, "dbu": base.bu}
+    spread = [
+        1.0 if name in POSITIVE else max(2.0 * abs(value), scales.get(name, 0.0), 1e-6)
+        for name, value in zip(setting.coordinates.free, centre.tolist(), strict=True)
+    ]
+    return 1.0 / (setting.doubt * np.array(spread)) ** 2
+
+
+def _moved_terms(terms: tuple[Term, ...], step: FloatArray) -> tuple[Term, ...]:
+    moved, place = [], 0
+    for term in terms:
+        q = term.q + step[place : place + len(term.q)]
+        moved.append(Term(term.source, term.source.bounded(q)))
+        place += len(term.q)
+    return tuple(moved)
+
+
+def _reach(setting: Setting, fit: Fit) -> FloatArray:
+    reach = [setting.coordinates.reach(fit.vector)]
+    for term in fit.terms:
+        # A shape or an amplitude may change by half of itself at once, never less than a usual
+        # size; free shapes are linear and need no limit.
+        usual = 1e4 * term.source.steps(term.q)
+        bent = not isinstance(term.source, Shape)
+        reach.append(0.7 * usual if bent else np.full(len(term.q), np.inf))
+    return np.concatenate(reach)
+
+
+def joint_step(
+    setting: Setting,
+    here: Fit,
+    damping: float,
+    noise: NoiseModel | None = None,
+    tries: int = _TRIES,
+) -> tuple[Fit, float]:
+    """The best point that damped Gauss-Newton steps reach, and the damping for the next.
+
+    Args:
+        setting: recordings.
+        here: where to begin.
+        damping: of the first try.
+        noise: model to take at the same time, the present one by default.
+        tries: how often the damping may grow.
+    """
+    scale = np.diag(np.diag(here.information) + 1e-12)
+    reach = _reach(setting, here)
+    free = len(here.vector)
+    for _ in range(tries):
+        damped = here.information + damping * scale
+        # Numbers differ by many powers of ten: solve in their own sizes.
+        unit = 1.0 / np.sqrt(np.diag(damped))
+        step = (
+            unit
+            * np.linalg.lstsq(damped * np.outer(unit, unit), unit * here.gradient, rcond=1e-13)[0]
+        )
+        step /= max(1.0, float((np.abs(step) / reach).max()))
+        starts = [
+            s + m - slope @ step
+            for s, m, slope in zip(here.starts, here.start_steps, here.start_slopes, strict=True)
+        ]
+        try:
+            there = evaluate(
+                setting, here.vector + step[:free], _moved_terms(here.terms, step[free:]),
+                noise or here.noise, starts, here.motions,
+            )  # fmt: skip
+        except (InputError, OverflowError, np.linalg.LinAlgError):
+            there = None
+        if there is not None and there.value < here.value:
+            return there, max(damping / 100.0, _LEAST_DAMPING)
+        damping = max(10.0 * damping, 1e-4)
+    return here, damping
+
+
+def better_noise(setting: Setting, here: Fit, *, sizes: bool) -> NoiseModel:
+    """One step of the noise model.
+
+    Args:
+        setting: recordings.
+        here: the point.
+        sizes: whether only the torques' sizes move, at less than half of the work.
+    """
+    given = [
+        with_terms(s, here.terms, here.rig, m)
+        for s, m in zip(setting.samples, here.motions, strict=True)
+    ]
+    model = noise_step(
+        given, here.starts, here.rig, here.noise, robust=setting.robust,
+        only=(0, 1) if sizes else None,
+    )  # fmt: skip
+    return _rounded(setting, model)
+
+
+def _rounded(setting: Setting, model: NoiseModel) -> NoiseModel:
+    for name, key in (("encoder_u", "theta_u"), ("encoder_l", "theta_l")):
+        steps = [s.recording.quanta.get(key, math.inf) for s in setting.samples]
+        most = _MOST_ROUNDING * max(steps) / math.sqrt(12.0)
+        model = replace(model, **{name: min(getattr(model, name), most)})
+    return model
+
+
+def with_new_motions(setting: Setting, here: Fit) -> Fit:
+    """The point with its motions told by the filter with the terms."""
+    jobs = list(zip(setting.samples, here.starts, here.motions, strict=True))
+
+    def again(job: tuple[Samples, FloatArray, Motion]) -> Motion:
+        given = with_terms(job[0], here.terms, here.rig, job[2])
+        path = path_of(given, here.rig, here.noise, job[1], setting.robust)
+        return motion_of(given, here.noise, path)
+
+    with ThreadPoolExecutor(THREADS) as pool:
+        motions = list(pool.map(again, jobs))
+    return evaluate(setting, here.vector, here.terms, here.noise, here.starts, motions)
+
+
+def descend_jointly(
+    setting: Setting, start: Fit, *, limit: int, enough: float, sizes: bool = True
+) -> Fit:
+    """Alternate joint steps and noise steps until neither gains.
+
+    Args:
+        setting: recordings.
+        start: where to begin.
+        limit: most rounds.
+        enough: gain of a round (of minus twice the log likelihood) below which it ends.
+        sizes: whether only the torques' sizes follow.
+    """
+    here, damping = start, 1e-4
+    for _ in range(limit):
+        before = here.value
+        noise = better_noise(setting, here, sizes=sizes)
+        there, damping = joint_step(setting, here, min(damping, 1.0), noise, 2)
+        if there is here:
+            there = evaluate(setting, here.vector, here.terms, noise, here.starts, here.motions)
+            here = there if there.value < here.value else here
+            there, damping = joint_step(setting, here, min(damping, 1.0))
+        here = there
+        if before - here.value < enough:
+            break
+    return here
+
+
+def moved_starts(setting: Setting, here: Fit, term: Term) -> list[FloatArray]:
+    """The starts when the first readings were misread as a term says."""
+    starts = []
+    for samples, start, motion in zip(setting.samples, here.starts, here.motions, strict=True):
+        error = term.source.response(term.q, here.rig, motion)[1][samples.restarts]
+        moved = start.copy()
+        moved[:, 0] -= error[:, 0] - error[:, 1]
+        moved[:, 3] -= error[:, 1]
+        starts.append(moved)
+    return starts
+
+
+def added(setting: Setting, here: Fit, term: Term) -> Fit:
+    """The point with one more term."""
+    starts = moved_starts(setting, here, term)
+    return evaluate(setting, here.vector, (*here.terms, term), here.noise, starts, here.motions)
+
+
+def gain_of(setting: Setting, here: Fit, term: Term) -> float:
+    """Fall of minus twice the log likelihood when a term joins and all else stays."""
+    starts = moved_starts(setting, here, term)
+
+    def change(job: tuple[Samples, FloatArray, FloatArray, Motion]) -> float:
+        samples, old, new, motion = job
+        before = with_terms(samples, here.terms, here.rig, motion)
+        after = with_terms(before, (term,), here.rig, motion)
+        return value_of(before, here.rig, here.noise, old, setting.robust) - value_of(
+            after, here.rig, here.noise, new, setting.robust
+        )
+
+    jobs = list(zip(setting.samples, here.starts, starts, here.motions, strict=True))
+    with ThreadPoolExecutor(THREADS) as pool:
+        total = sum(pool.map(change, jobs))
+    return total if math.isfinite(total) else -math.inf
+
+
+def without(setting: Setting, here: Fit, place: int) -> Fit:
+    """The point with one term fewer."""
+    terms = tuple(t for i, t in enumerate(here.terms) if i != place)
+    return evaluate(setting, here.vector, terms, here.noise, here.starts, here.motions)
+
+
+def with_recordings(setting: Setting, samples: tuple[Samples, ...]) -> Setting:
+    """The same setting for other recordings."""
+    return replace(setting, samples=samples)

@@ -1,0 +1,135 @@
+"""Faults of the recording itself: clock, lost rows, lost bits of an encoder."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from drill_env.diagnosis.extended import Fit, Setting
+from drill_env.diagnosis.terms import with_terms
+from drill_env.identification.prediction_error import path_of
+from drill_env.recordings import Recording
+
+_CERTAIN = 8.0
+_SLOWEST = 0.5
+_STALE_SPEED = 5.0
+_FEWEST = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """A fault of how the motion was recorded.
+
+    Attributes:
+        id: "clock_jitter", "missing_samples" or "lost_encoder_bits".
+        parameters: its sizes: name to (value, low, high, unit).
+        score: standard deviations by which it stands out.
+        text: one sentence.
+    """
+
+    id: str
+    parameters: dict[str, tuple[float, float, float, str]]
+    score: float
+    text: str
+
+
+def find_faults(setting: Setting, fit: Fit) -> list[Fault]:
+    """Faults of the recordings, as far as a fit shows them.
+
+    Args:
+        setting: recordings.
+        fit: of the rig with what is known to be missing.
+    """
+    recordings = [s.recording for s in setting.samples]
+    found = [_jitter(setting, fit), _stale(recordings), _bits(recordings)]
+    return [fault for fault in found if fault is not None]
+
+
+def _jitter(setting: Setting, fit: Fit) -> Fault | None:
+    """Both encoders misread by their speeds times one and the same error of time."""
+    total, weight, spread = 0.0, 0.0, 0.0
+    for samples, starts, motion in zip(setting.samples, fit.starts, fit.motions, strict=True):
+        given = with_terms(samples, fit.terms, fit.rig, motion)
+        path = path_of(given, fit.rig, fit.noise, starts, setting.robust)
+        gap, variance = path.trace.innovation, path.trace.variance
+        speed = motion.states[:, 1:3]
+        ok = (variance > 0).all(axis=1) & (np.abs(speed) > _SLOWEST).all(axis=1)
+        if not ok.any():
+            continue
+        # E[gap_u gap_l] = omega_u omega_l sigma_t^2 when time is uncertain, 0 otherwise.
+        product = gap[ok, 0] * gap[ok, 1]
+        scale = np.sqrt(variance[ok, 0] * variance[ok, 1])
+        slope = speed[ok, 0] * speed[ok, 1] / scale
+        clipped = np.clip(product / scale, -25.0, 25.0)
+        total += float(slope @ clipped)
+        weight += float(slope @ slope)
+        spread += float(slope**2 @ clipped**2)
+    if weight <= 0.0 or spread <= 0.0:
+        return None
+    variance_t, score = total / weight, total / math.sqrt(spread)
+    if score < _CERTAIN or variance_t <= 0.0:
+        return None
+    deviation = math.sqrt(spread) / weight
+    low, high = (math.sqrt(max(variance_t + k * deviation, 0.0)) for k in (-1.96, 1.96))
+    size = math.sqrt(variance_t)
+    return Fault(
+        "clock_jitter", {"jitter": (size, low, high, "s")}, score,
+        f"The times of the samples are uncertain by {1e6 * size:.0f} microseconds.",
+    )  # fmt: skip
+
+
+def _stale(recordings: Sequence[Recording]) -> Fault | None:
+    """Rows that repeat the one before while the rig turned."""
+    stale, moving = 0, 0
+    for recording in recordings:
+        angles = recording.angles()
+        if len(angles) < 2:
+            continue
+        step = np.array([recording.quanta.get(name, 0.0) for name in angles])
+        if not (step > 0).all():
+            continue
+        values = np.column_stack(list(angles.values()))
+        moved = np.abs(np.diff(values, axis=0)) / step
+        # The rows on both sides show that each disc passes several counts a row.
+        around = np.minimum(
+            np.abs(values[2:-1] - values[:-3]), np.abs(values[3:] - values[1:-2])
+        ) / (2.0 * step)
+        turning = (around > _STALE_SPEED).any(axis=1)
+        same = (moved[1:-1] == 0.0).all(axis=1)
+        stale += int((same & turning).sum())
+        moving += int(turning.sum())
+    if stale < _FEWEST:
+        return None
+    share = stale / moving
+    error = 1.96 * math.sqrt(stale) / moving
+    return Fault(
+        "missing_samples", {"share": (share, max(share - error, 0.0), share + error, "1")},
+        math.sqrt(stale) * _CERTAIN / math.sqrt(_FEWEST),
+        f"{stale} rows repeat the row before although the discs turn: samples are missing.",
+    )  # fmt: skip
+
+
+def _bits(recordings: Sequence[Recording]) -> Fault | None:
+    """One encoder counts in steps that are a power of two times the other's."""
+    steps = [
+        (r.quanta["theta_u"], r.quanta["theta_l"])
+        for r in recordings
+        if {"theta_u", "theta_l"} <= set(r.quanta)
+    ]
+    if not steps:
+        return None
+    upper, lower = np.median(np.array(steps), axis=0)
+    bits = math.log2(lower / upper)
+    whole = round(bits)
+    if whole == 0 or abs(bits - whole) > 0.02:
+        return None
+    which = "lower" if whole > 0 else "upper"
+    count = float(abs(whole))
+    return Fault(
+        "lost_encoder_bits", {"bits": (count, count, count, "1")}, math.inf,
+        f"The {which} encoder counts in steps {2 ** abs(whole)} times those of the other: it has "
+        f"lost {abs(whole)} bit{'s' if abs(whole) > 1 else ''}, or is a coarser one.",
+    )  # fmt: skip

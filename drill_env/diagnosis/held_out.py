@@ -1,0 +1,211 @@
+"""How a fit does on recordings that it has not seen, before and after its terms."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from drill_env._errors import InputError
+from drill_env._types import FloatArray
+from drill_env.diagnosis.declare import extended_rig
+from drill_env.diagnosis.extended import Fit, Setting, motion_of
+from drill_env.diagnosis.terms import Term, with_terms
+from drill_env.effects.along import Motion
+from drill_env.identification.noise_of_recording import settled_starts
+from drill_env.identification.prediction_error import Path, Samples, path_of
+from drill_env.identification.smoothing import smoothed
+from drill_env.integrator.extended import run_extended
+from drill_env.integrator.simulate import simulate
+from drill_env.integrator.voltage import Voltage
+from drill_env.parameters import Rig
+
+HORIZON = 5.0
+_ANGLES = ("theta_u", "theta_l")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """One recording under one fit.
+
+    Attributes:
+        value: minus twice the log likelihood, without its constant.
+        floor: what it would be in the mean if the fit were the truth.
+        count: samples predicted.
+        free: free-run angles, shape (n, 2).
+        short: angles predicted from the smoothed state at most 5 s before, shape (n, 2).
+        measured: measured angles, shape (n, 2).
+        motion: what all samples say of the motion.
+        torques: smoothed latent torques, Nm, shape (n, 2).
+    """
+
+    value: float
+    floor: float
+    count: int
+    free: FloatArray
+    short: FloatArray
+    measured: FloatArray
+    motion: Motion
+    torques: FloatArray
+
+
+def judge(samples: Samples, setting: Setting, fit: Fit) -> Judged:
+    """Filter, free run and 5 s predictions of one recording under a fit, its starts settled."""
+    motion, given, path = _followed(samples, setting, fit)
+    w = path.rows["weight"]
+    used = w > 0
+    smooth = smoothed(given, fit.noise, path)
+    states = smooth.states
+    terms = fit.terms
+    rows = samples.restarts
+    spans = np.unique(np.concatenate([rows, _rows_each(samples, HORIZON)]))
+    free = _run_from(samples, fit.rig, terms, states, rows)
+    short = _run_from(samples, fit.rig, terms, states, spans)
+    return Judged(
+        path.value, float(np.sum(-2.0 * np.log(w[used])) + used.sum()), int(used.sum()),
+        free, short, samples.angles, motion, states[:, 4:],
+    )  # fmt: skip
+
+
+def _followed(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Samples, Path]:
+    path = path_of(samples, fit.rig, fit.noise, samples.starts, setting.robust)
+    motion = motion_of(samples, fit.noise, path)
+    given = samples
+    starts = samples.starts
+    for _ in range(2 if fit.terms else 1):
+        given = with_terms(samples, fit.terms, fit.rig, motion)
+        starts = settled_starts(given, fit.rig, fit.noise)
+        path = path_of(given, fit.rig, fit.noise, starts, setting.robust)
+        motion = motion_of(given, fit.noise, path)
+    return motion, given, path
+
+
+def _rows_each(samples: Samples, seconds: float) -> FloatArray:
+    ends = [*samples.restarts[1:].tolist(), len(samples.t)]
+    rows = []
+    for a, b in zip(samples.restarts.tolist(), ends, strict=True):
+        times = np.arange(samples.t[a], samples.t[b - 1], seconds)
+        rows.append(a + np.searchsorted(samples.t[a:b], times - 1e-9))
+    return np.concatenate(rows)
+
+
+def _run_from(
+    samples: Samples, rig: Rig, terms: Sequence[Term], states: FloatArray, rows: FloatArray
+) -> FloatArray:
+    """Angles simulated anew from each of some rows, shape (n, 2), as the encoders show them."""
+    extended = extended_rig(rig, terms)
+    out = np.full((len(samples.t), 2), math.nan)
+    offset = _offset(samples, states)
+    for a, b in zip(rows.tolist(), [*rows[1:].tolist(), len(samples.t)], strict=True):
+        stop = min(b + 1, len(samples.t)) if b not in samples.restarts else b
+        t, u = samples.t[a:stop] - samples.t[a], samples.u[a:stop]
+        if len(t) < 2:
+            continue
+        try:
+            out[a:stop] = _angles(extended, t, u, states[a, :4], samples.t[a])
+        except (InputError, RuntimeError):
+            return np.full_like(out, math.inf)
+        out[a:b, 0] -= offset[a]
+    return out
+
+
+def _offset(samples: Samples, states: FloatArray) -> FloatArray:
+    """Twist at which the encoders agree, from the smoothed twist and the measured angles."""
+    difference = samples.angles[:, 0] - samples.angles[:, 1]
+    ends = [*samples.restarts[1:].tolist(), len(samples.t)]
+    out = np.zeros(len(samples.t))
+    for a, b in zip(samples.restarts.tolist(), ends, strict=True):
+        gap = states[a:b, 0] - difference[a:b]
+        known = gap[np.isfinite(gap)]
+        out[a:b] = float(np.median(known)) if len(known) else 0.0
+    return out
+
+
+def _angles(rig: Rig, t: FloatArray, u: FloatArray, start: FloatArray, begin: float) -> FloatArray:
+    if rig.effects:
+        # Effects that depend on time count from the recording's start.
+        return run_extended(rig, t + begin, u, start)[1]
+    drive = Voltage(t, u[:-1, None])
+    run = simulate(
+        rig, drive, float(t[-1]), t_eval=t, initial=start, method="dopri5", rtol=1e-7, atol=1e-9
+    )
+    return np.column_stack([run.state[:, 3] + run.state[:, 0], run.state[:, 3]])
+
+
+def rms(judged: Sequence[Judged], which: str, disc: int) -> float:
+    """Root mean square error (rad) of the free or short runs of several recordings."""
+    parts = [getattr(j, which)[:, disc] - j.measured[:, disc] for j in judged]
+    errors = np.concatenate(parts)
+    errors = errors[~np.isnan(errors)]
+    if len(errors) == 0:
+        return math.nan
+    with np.errstate(over="ignore"):
+        return float(np.sqrt(np.mean(errors**2)))
+
+
+def noise_floor(
+    samples: Sequence[Samples], fit: Fit, judged: Sequence[Judged], seed: int = 0
+) -> dict[str, dict[str, float]]:
+    """Errors (rad) that the noise alone gives to free runs and 5 s predictions.
+
+    The fitted rig is simulated with and without one drawn torque noise; what differs, with the
+    encoders' noise, is the floor.
+    """
+    rng = np.random.default_rng(seed)
+    extended = extended_rig(fit.rig, fit.terms)
+    gaps: dict[str, list[FloatArray]] = {"free": [], "short": []}
+    for given, j in zip(samples, judged, strict=True):
+        noisy = _with_noise(given, extended, fit, j, rng)
+        plain = j.free
+        gaps["free"].append(noisy - plain)
+        gaps["short"].append(_restarted(given, extended, noisy, j))
+    out: dict[str, dict[str, float]] = {}
+    for which, parts in gaps.items():
+        both = np.concatenate(parts)
+        encoder = np.array([fit.noise.encoder_u, fit.noise.encoder_l])
+        with np.errstate(over="ignore", invalid="ignore"):
+            size = np.sqrt(np.nanmean(both**2, axis=0) + encoder**2)
+        out[which] = dict(zip(_ANGLES, size.tolist(), strict=True))
+    return out
+
+
+def _with_noise(
+    samples: Samples, rig: Rig, fit: Fit, judged: Judged, rng: np.random.Generator
+) -> FloatArray:
+    """A free run under drawn torque noise, entered as a voltage and a table of time."""
+    t = samples.t
+    dt = samples.recording.interval
+    torque = np.zeros((len(t), 2))
+    for disc, (size, tau) in enumerate(
+        ((fit.noise.torque_u, fit.noise.tau_u), (fit.noise.torque_l, fit.noise.tau_l))
+    ):
+        decay = math.exp(-dt / tau)
+        shocks = rng.normal(0.0, size * math.sqrt(1.0 - decay**2), len(t))
+        value = rng.normal(0.0, size)
+        for k in range(len(t)):
+            torque[k, disc] = value
+            value = decay * value + shocks[k]
+    table = {
+        "id": "table", "component": "lower", "depends_on": "time", "sort": "torque",
+        "knots": t.tolist(), "values": torque[:, 1].tolist(),
+    }  # fmt: skip
+    shaken = rig.replace(effects=(*rig.effects, table))
+    start = judged.motion.states[0, :4]
+    try:
+        angles = run_extended(shaken, t, samples.u + torque[:, 0] / rig.km, start)[1]
+    except (InputError, RuntimeError):
+        return np.full((len(t), 2), math.nan)
+    shift = np.nanmedian((angles - judged.free)[:1], axis=0)
+    return angles - (shift if np.isfinite(shift).all() else 0.0)
+
+
+def _restarted(samples: Samples, rig: Rig, noisy: FloatArray, judged: Judged) -> FloatArray:
+    """What a noisy run gains on a quiet one within 5 s, from the differences of the free runs."""
+    gap = noisy - judged.free
+    rows = _rows_each(samples, HORIZON)
+    out = gap.copy()
+    for a, b in zip(rows.tolist(), [*rows[1:].tolist(), len(samples.t)], strict=True):
+        out[a:b] = gap[a:b] - gap[a]
+    return out

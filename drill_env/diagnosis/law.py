@@ -1,0 +1,54 @@
+"""Whether the recordings ask for the humped friction law in place of a simpler one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from drill_env.diagnosis.extended import Fit, Setting
+from drill_env.diagnosis.search import NEEDED, Found, find
+from drill_env.effects import Effect
+from drill_env.identification.coordinates import active_names
+from drill_env.identification.prediction_error import Samples
+from drill_env.parameters import SYMBOLS, Rig
+
+_LOWER = ("Tsl", "T1", "T2", "beta1", "beta2", "bl")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LawFit:
+    """A search with the humped law.
+
+    Attributes:
+        setting: of the fit before.
+        before: the rig with its own law, fitted.
+        found: the search with the humped law.
+    """
+
+    setting: Setting
+    before: Fit
+    found: Found
+
+
+def law_fit(
+    samples: Sequence[Samples], rig: Rig, plain: Found, effects: Sequence[Effect], most: int,
+    report: Callable[[str], None],
+) -> LawFit | None:  # fmt: skip
+    """The search with the humped law, or None where the rig's own law does as well.
+
+    Args:
+        samples: recordings.
+        rig: the given one, with a simpler law.
+        plain: the search with it.
+        effects: the library.
+        most: effects that are looked for.
+        report: told what is being done.
+    """
+    paper = Rig.paper()
+    humped = rig.replace(friction="humped", **{name: getattr(paper, name) for name in _LOWER})
+    kept = set(plain.setting.coordinates.free) | set(_LOWER)
+    free = [n for n in SYMBOLS if n in active_names(humped) & kept]
+    found = find(samples, humped, free, effects, most=most, report=report)
+    if plain.final.bic - found.final.bic < NEEDED:
+        return None
+    return LawFit(plain.setting, plain.base, found)

@@ -1,0 +1,110 @@
+"""The one recording that best separates what is still confused."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from drill_env._errors import InputError
+from drill_env.diagnosis.declare import extended_rig
+from drill_env.diagnosis.extended import Fit, evaluate, motion_of
+from drill_env.diagnosis.result import NextExperiment
+from drill_env.diagnosis.search import Attempt, Found
+from drill_env.identification.prediction_error import path_of, prepare
+from drill_env.integrator.extended import run_extended
+from drill_env.recordings import Recording
+from drill_env.recordings.signals import Signal, signal_samples
+
+_SECONDS, _RATE = 60.0, 200.0
+_CONFUSED = 400.0
+
+
+def _menu() -> tuple[Signal, ...]:
+    plain = Signal("quasi-random", seconds=_SECONDS, rate=_RATE, limit=5.0)
+    return (
+        plain,
+        replace(plain, kind="harmonic", offset=0.0, amplitude=4.0, frequency=0.25),
+        replace(plain, kind="harmonic", offset=2.5, amplitude=2.0, frequency=0.05),
+        replace(plain, kind="steps", dwell=4.0, seed=3),
+        replace(plain, kind="ramp", offset=-5.0, amplitude=10.0),
+        replace(plain, kind="chirp", offset=1.5, amplitude=3.0, frequency_end=2.0),
+    )
+
+
+def next_experiment(found: Found) -> NextExperiment | None:
+    """The signal under which the two best candidates differ most, if they are still confused.
+
+    Args:
+        found: the search.
+    """
+    first = found.rounds[0]
+    ranked = sorted((*first.named, *first.shapes), key=lambda a: -a.criterion)
+    if len(ranked) < 2 or ranked[0].criterion - ranked[1].criterion > _CONFUSED:
+        return None
+    best: tuple[float, Signal] | None = None
+    for signal in _menu():
+        odds = _expected(found, ranked[0], ranked[1], signal)
+        if odds is not None and (best is None or odds > best[0]):
+            best = (odds, signal)
+    if best is None:
+        return None
+    odds, signal = best
+    return NextExperiment(
+        _words(signal), _command(signal), [ranked[0].term.id, ranked[1].term.id], odds
+    )
+
+
+def _expected(found: Found, true: Attempt, other: Attempt, signal: Signal) -> float | None:
+    """Expected log odds for the first candidate, the second one free to bend."""
+    t, u = signal_samples(signal)
+    rig = extended_rig(true.fit.rig, true.fit.terms)
+    try:
+        angles = run_extended(rig, t, u, np.zeros(4))[1]
+        recording = Recording(t, u, angles[:, 0], angles[:, 1], source="proposed")
+        samples = prepare(recording, true.fit.rig)
+        values = []
+        for attempt in (true, other):
+            setting = replace(found.setting, samples=(samples,))
+            fit = attempt.fit
+            path = path_of(samples, fit.rig, fit.noise, samples.starts, setting.robust)
+            motion = motion_of(samples, fit.noise, path)
+            there = evaluate(
+                setting, fit.vector, fit.terms, true.fit.noise, [samples.starts], [motion]
+            )
+            values.append(there.value - _bent(fit, there))
+    except (InputError, RuntimeError, np.linalg.LinAlgError):
+        return None
+    odds = 0.5 * (values[1] - values[0])
+    return float(odds) if math.isfinite(odds) else None
+
+
+def _bent(fit: Fit, there: Fit) -> float:
+    """What the candidate can win back within what the present recordings leave open."""
+    step = np.linalg.solve(
+        fit.information + there.information + 1e-9 * np.eye(len(there.gradient)), there.gradient
+    )
+    return float(there.gradient @ step)
+
+
+def _words(signal: Signal) -> str:
+    extra = {
+        "harmonic": f" of {signal.frequency:g} Hz around {signal.offset:g} V",
+        "steps": f" held for {signal.dwell:g} s",
+        "chirp": f" up to {signal.frequency_end:g} Hz",
+    }.get(signal.kind, "")
+    return f"a {signal.kind} voltage{extra} for {signal.seconds:g} s"
+
+
+def _command(signal: Signal) -> str:
+    options = [f"--seconds {signal.seconds:g}", f"--rate {signal.rate:g}"]
+    if signal.kind in ("harmonic", "ramp", "chirp"):
+        options += [f"--offset {signal.offset:g}", f"--amplitude {signal.amplitude:g}"]
+    if signal.kind == "harmonic":
+        options.append(f"--frequency {signal.frequency:g}")
+    if signal.kind == "chirp":
+        options.append(f"--frequency-end {signal.frequency_end:g}")
+    if signal.kind == "steps":
+        options.append(f"--dwell {signal.dwell:g}")
+    return f"drill-env signal {signal.kind} {' '.join(options)}"

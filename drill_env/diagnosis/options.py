@@ -1,0 +1,41 @@
+"""Settings of a diagnosis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from drill_env._errors import InputError
+from drill_env.effects import LIBRARY
+
+
+@dataclass(frozen=True, slots=True)
+class DiagnosisOptions:
+    """How a diagnosis is made.
+
+    Attributes:
+        leave_out: ids of effects that the library shall not have.
+        most: effects that are looked for, one after another.
+        given_rig: whether the rig was measured before, so that changed parameters are a finding.
+        fixed: parameters that are held besides Ju.
+        seed: of what is drawn.
+    """
+
+    leave_out: tuple[str, ...] = ()
+    most: int = 2
+    given_rig: bool = False
+    fixed: dict[str, float] = field(default_factory=dict)
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name in self.leave_out:
+            if name not in LIBRARY and name not in OUTSIDE:
+                raise InputError(
+                    f"leave out {name!r}: no such effect; known: "
+                    f"{', '.join(sorted([*LIBRARY, *OUTSIDE]))}"
+                )
+        if self.most < 0:
+            raise InputError(f"most is {self.most}: give 0 or more")
+
+
+OUTSIDE = ("friction_shape", "clock_jitter", "missing_samples", "lost_encoder_bits")
+"""Effects that are found without a torque or a reading error of their own."""

@@ -1,0 +1,141 @@
+"""What a diagnosis says, as plain values of the documented schema."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal, TypeAlias
+
+SCHEMA = 1
+
+Verdict: TypeAlias = Literal["consistent", "parameters", "missing_physics", "unexplained"]
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A value with its 95 % interval and unit."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Located:
+    """Where the mismatch sits.
+
+    Attributes:
+        component: actuator, upper, string, lower or sensor.
+        equation: disc whose equation of motion it enters: upper, lower or both.
+        depends_on: coordinate that it is a function of.
+        recording: in which the intervals are.
+        intervals_s: times at which it is at more than half of its greatest size.
+        region: range of the coordinate there.
+        angle_order: cycles a turn, if it is periodic in an angle.
+        frequency_hz: if it is periodic in time.
+        excess_torque_rms_Nm: root mean square torque on each disc.
+        excess_angle_rms_rad: root mean square error of each reading.
+    """
+
+    component: str
+    equation: str
+    depends_on: str
+    recording: str
+    intervals_s: list[list[float]]
+    region: dict[str, list[float]]
+    angle_order: float | None
+    frequency_hz: float | None
+    excess_torque_rms_Nm: dict[str, float]
+    excess_angle_rms_rad: dict[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class NamedEffect:
+    """An effect that is believed in."""
+
+    id: str
+    component: str
+    probability: float
+    parameters: dict[str, Number]
+    formula: str
+    meaning: str
+    alias_class: list[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative:
+    """A candidate that explains less."""
+
+    id: str
+    probability: float
+    delta_bic: float
+
+
+@dataclass(frozen=True, slots=True)
+class FoundShape:
+    """A function of one coordinate in place of a name.
+
+    Attributes:
+        coordinate: what it is a function of.
+        sort: "torque" (Nm), "friction" (share of the brake's torque) or "error" (rad).
+        formula: shortest description that was found.
+        r2: share of the shape's variance that the formula explains.
+        knots: values of the coordinate.
+        values: of the function there.
+    """
+
+    coordinate: str
+    sort: str
+    formula: str
+    r2: float
+    knots: list[float]
+    values: list[float]
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A parameter before and after."""
+
+    before: float
+    after: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True)
+class NextExperiment:
+    """The recording that would settle what is confused.
+
+    Attributes:
+        signal: in words.
+        command: that writes the voltage.
+        separates: the two candidates.
+        expected_log_odds: expected log of the odds for the true one of them.
+    """
+
+    signal: str
+    command: str
+    separates: list[str]
+    expected_log_odds: float
+
+
+@dataclass(frozen=True, slots=True)
+class DiagnosisResult:
+    """Everything in `diagnosis.json`; see the documentation of the schema."""
+
+    verdict: Verdict
+    located: Located | None
+    effects: list[NamedEffect]
+    alternatives: list[Alternative]
+    shape: FoundShape | None
+    parameters_changed: dict[str, Change]
+    fit: dict[str, Any]
+    noise: dict[str, float]
+    faults: list[str]
+    sentences: list[str]
+    next_experiment: NextExperiment | None
+    recordings: dict[str, list[str]] = field(default_factory=dict)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return {"schema": SCHEMA, **asdict(self)}

@@ -1,0 +1,108 @@
+"""A diagnosis in plain sentences."""
+
+from __future__ import annotations
+
+from drill_env.diagnosis.result import DiagnosisResult, NamedEffect
+
+_PLACES = {
+    "actuator": "between the voltage and the motor's torque",
+    "upper": "at the upper disc and its drive",
+    "string": "in the string",
+    "lower": "at the lower disc and its brake",
+    "sensor": "in the readings, not in the motion",
+}
+
+
+def sentences(result: DiagnosisResult) -> list[str]:
+    """What was found, where, how sure, what it is confused with and what to do next."""
+    lines = [_verdict(result)]
+    if result.located is not None:
+        lines += _located(result)
+    lines += [_effect(effect) for effect in result.effects]
+    if result.shape is not None:
+        lines.append(
+            f"No effect of the library explains it; its shape over {result.shape.coordinate} is "
+            f"{result.shape.formula} (this formula explains {result.shape.r2:.0%} of the shape)."
+        )
+    if result.alternatives and result.verdict in ("missing_physics", "unexplained"):
+        rival = result.alternatives[0]
+        lines.append(
+            f"It is most easily confused with {rival.id}, whose probability is "
+            f"{rival.probability:.2g} (criterion {rival.delta_bic:.0f} worse)."
+        )
+    lines += _gain(result)
+    if result.next_experiment is not None:
+        e = result.next_experiment
+        lines.append(
+            f"The recording that would settle {' against '.join(e.separates)}: {e.signal} "
+            f"({e.command})."
+        )
+    lines += [f for f in result.faults if all(f != e.meaning for e in result.effects)]
+    return lines
+
+
+def _verdict(result: DiagnosisResult) -> str:
+    if result.verdict == "consistent":
+        return "Nothing is missing: the rig with fitted parameters explains the recordings."
+    if result.verdict == "parameters":
+        return "Nothing is missing, but parameters of the rig differ from those given."
+    if result.verdict == "unexplained":
+        return "Something is missing that the library has no name for."
+    names = " and ".join(effect.id for effect in result.effects)
+    return f"Physics is missing from the model: {names}."
+
+
+def _located(result: DiagnosisResult) -> list[str]:
+    where = result.located
+    assert where is not None
+    lines = [
+        f"The mismatch sits {_PLACES.get(where.component, where.component)} and depends on "
+        f"{where.depends_on}."
+    ]
+    torque, angle = where.excess_torque_rms_Nm, where.excess_angle_rms_rad
+    if max(torque.values()) > 0.0:
+        lines.append(
+            f"Its torque is {torque['upper']:.3g} Nm at the upper and {torque['lower']:.3g} Nm at "
+            "the lower disc (root mean square)."
+        )
+    elif max(angle.values()) > 0.0:
+        lines.append(
+            f"It misreads the upper encoder by {angle['upper']:.3g} rad and the lower one by "
+            f"{angle['lower']:.3g} rad (root mean square)."
+        )
+    if where.intervals_s:
+        first = where.intervals_s[0]
+        lines.append(
+            f"It is strongest in {where.recording} at {len(where.intervals_s)} stretches, first "
+            f"from {first[0]:.2f} to {first[1]:.2f} s."
+        )
+    return lines
+
+
+def _effect(effect: NamedEffect) -> str:
+    numbers = ", ".join(
+        f"{name} = {n.value:.4g} ({n.low:.4g} to {n.high:.4g}) {n.unit}"
+        for name, n in effect.parameters.items()
+    )
+    aliases = f"; no recording tells it from {', '.join(effect.alias_class)}" * bool(
+        effect.alias_class
+    )
+    return (
+        f"{effect.meaning} {effect.id}: {numbers}; probability {effect.probability:.2f}{aliases}."
+    )
+
+
+def _gain(result: DiagnosisResult) -> list[str]:
+    held = result.fit.get("five_second_prediction")
+    if not held:
+        return ["No recording was held out: give --holdout to judge the finding on unseen data."]
+    lines = []
+    for name, errors in held.items():
+        before, after, floor = (errors[k] for k in ("before_rms", "after_rms", "floor_rms"))
+        if None in (before, after, floor):
+            continue
+        lines.append(
+            f"On held-out recordings the 5 s prediction of {name} errs by {after:.3g} rad, before "
+            f"{before:.3g} rad; noise alone gives {floor:.3g} rad."
+        )
+    return lines

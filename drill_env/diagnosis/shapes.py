@@ -1,0 +1,158 @@
+"""Free shapes: functions of one coordinate that stand for physics without a name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from drill_env._types import FloatArray
+from drill_env.diagnosis.terms import Shape
+from drill_env.effects.along import Motion
+from drill_env.friction import lower_curve
+from drill_env.parameters import Rig
+
+_ANGLE_HATS = 16
+_TIME_HATS = 12
+_OTHER_HATS = 9
+_UPPER, _LOWER = 0, 1
+
+Coordinate = Callable[[Motion], FloatArray]
+
+
+def middle(values: FloatArray) -> FloatArray:
+    """Mean of each row and the next, along the first axis."""
+    return 0.5 * (values + np.concatenate([values[1:], values[-1:]]))
+
+
+def hats(values: FloatArray, knots: FloatArray) -> FloatArray:
+    """Piecewise linear functions, 1 at one knot and 0 at the others; shape (n, len(knots))."""
+    units = np.eye(len(knots))
+    return np.column_stack([np.interp(values, knots, unit) for unit in units])
+
+
+def ring(values: FloatArray, count: int) -> FloatArray:
+    """Piecewise linear functions of an angle, equally spaced on the turn; shape (n, count)."""
+    place = np.mod(values, 2.0 * np.pi) * count / (2.0 * np.pi)
+    low = np.floor(place).astype(np.int64)
+    out = np.zeros((len(values), count))
+    rows = np.arange(len(values))
+    out[rows, low % count] = 1.0 - (place - low)
+    out[rows, (low + 1) % count] += place - low
+    return out
+
+
+COORDINATES: dict[str, Coordinate] = {
+    "time": lambda m: m.t,
+    "voltage": lambda m: m.u,
+    "theta_u": lambda m: m.states[:, 3] + m.states[:, 0],
+    "theta_l": lambda m: m.states[:, 3],
+    "twist": lambda m: m.states[:, 0],
+    "omega_u": lambda m: m.states[:, 1],
+    "omega_l": lambda m: m.states[:, 2],
+    "omega_u - omega_l": lambda m: m.states[:, 1] - m.states[:, 2],
+}
+"""What a free shape can be a function of."""
+
+
+def _held(name: str, motion: Motion) -> FloatArray:
+    values = COORDINATES[name](motion)
+    return values if name == "voltage" else middle(values)
+
+
+def _plain(
+    name: str, discs: Sequence[tuple[int, float]], functions: Callable[[FloatArray], FloatArray]
+) -> Callable[[Rig, Motion], tuple[FloatArray | None, FloatArray | None]]:
+    def basis(rig: Rig, motion: Motion) -> tuple[FloatArray | None, FloatArray | None]:
+        values = functions(_held(name, motion))
+        loads = np.zeros((len(values), 2, values.shape[1]))
+        for disc, sign in discs:
+            loads[:, disc] = sign * values
+        return loads, None
+
+    return basis
+
+
+def _braking(
+    name: str, functions: Callable[[FloatArray], FloatArray]
+) -> Callable[[Rig, Motion], tuple[FloatArray | None, FloatArray | None]]:
+    def basis(rig: Rig, motion: Motion) -> tuple[FloatArray | None, FloatArray | None]:
+        omega = middle(motion.states[:, 2])
+        friction = lower_curve(rig, np.abs(omega)) * np.sign(omega)
+        values = -functions(_held(name, motion)) * friction[:, None]
+        loads = np.zeros((len(values), 2, values.shape[1]))
+        loads[:, _LOWER] = values
+        return loads, None
+
+    return basis
+
+
+def _misread(
+    name: str, disc: int, functions: Callable[[FloatArray], FloatArray]
+) -> Callable[[Rig, Motion], tuple[FloatArray | None, FloatArray | None]]:
+    def basis(rig: Rig, motion: Motion) -> tuple[FloatArray | None, FloatArray | None]:
+        values = functions(COORDINATES[name](motion))
+        errors = np.zeros((len(values), 2, values.shape[1]))
+        errors[:, disc] = values
+        return None, errors
+
+    return basis
+
+
+def _functions(
+    name: str, motions: Sequence[Motion]
+) -> tuple[FloatArray, Callable[[FloatArray], FloatArray]]:
+    if name.startswith("theta"):
+        turn = 2.0 * np.pi * np.arange(_ANGLE_HATS) / _ANGLE_HATS
+        return turn, lambda values: ring(values, _ANGLE_HATS)
+    values = np.concatenate([COORDINATES[name](m) for m in motions])
+    if name == "time":
+        knots = np.linspace(0.0, float(values.max()), _TIME_HATS)
+    else:
+        # Between quantiles and even spacing: friction changes fast near rest, drag far from it.
+        inner = np.quantile(values, np.linspace(0.0, 1.0, _OTHER_HATS))
+        even = np.linspace(float(values.min()), float(values.max()), _OTHER_HATS)
+        knots = np.unique(0.5 * (inner + even))
+    return knots, lambda values: hats(values, knots)
+
+
+def free_shapes(motions: Sequence[Motion]) -> tuple[Shape, ...]:
+    """The shapes that recordings of these motions can tell.
+
+    Args:
+        motions: of the fitted recordings; they set the range of each coordinate.
+    """
+    made = []
+    forms = {name: _functions(name, motions) for name in COORDINATES}
+    for name in ("time", "voltage", "theta_u", "omega_u", "twist"):
+        knots, functions = forms[name]
+        made.append(
+            Shape(f"upper_torque_of_{name}", "upper", name, "torque", tuple(knots),
+                  _plain(name, [(_UPPER, 1.0)], functions))
+        )  # fmt: skip
+    for name in ("time", "theta_l", "omega_l"):
+        knots, functions = forms[name]
+        made.append(
+            Shape(f"lower_torque_of_{name}", "lower", name, "torque", tuple(knots),
+                  _plain(name, [(_LOWER, 1.0)], functions))
+        )  # fmt: skip
+    for name in ("time", "theta_l"):
+        knots, functions = forms[name]
+        made.append(
+            Shape(f"lower_friction_of_{name}", "lower", name, "friction", tuple(knots),
+                  _braking(name, functions))
+        )  # fmt: skip
+    for name in ("twist", "omega_u - omega_l"):
+        knots, functions = forms[name]
+        made.append(
+            Shape(f"string_torque_of_{name}", "string", name, "torque", tuple(knots),
+                  _plain(name, [(_UPPER, -1.0), (_LOWER, 1.0)], functions))
+        )  # fmt: skip
+    for disc, letter in ((_UPPER, "u"), (_LOWER, "l")):
+        for name in (f"theta_{letter}", "time"):
+            knots, functions = forms[name]
+            made.append(
+                Shape(f"error_{letter}_of_{name}", "sensor", name, "error", tuple(knots),
+                      _misread(name, disc, functions))
+            )  # fmt: skip
+    return tuple(made)

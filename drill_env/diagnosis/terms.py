@@ -1,0 +1,155 @@
+"""Terms: what is added to the rig, a named effect or a free shape, with its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from drill_env._types import FloatArray
+from drill_env.effects import Effect
+from drill_env.effects.along import Motion, response_along
+from drill_env.identification.prediction_error import Samples
+from drill_env.parameters import Rig
+
+_RELATIVE_STEP = 1e-4
+
+
+class Source(Protocol):
+    """What a term's torques and reading errors come from."""
+
+    @property
+    def id(self) -> str:
+        """Name in reports."""
+        ...
+
+    def response(self, q: FloatArray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
+        """Torques (Nm) and reading errors (rad) of both discs, each of shape (n, 2)."""
+        ...
+
+    def steps(self, q: FloatArray) -> FloatArray:
+        """How far each number moves for a finite difference."""
+        ...
+
+    def bounded(self, q: FloatArray) -> FloatArray:
+        """The numbers within their range."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """An effect of the library as a source of terms."""
+
+    effect: Effect
+
+    @property
+    def id(self) -> str:
+        """The effect's."""
+        return self.effect.id
+
+    def response(self, q: FloatArray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
+        """The effect's torques and reading errors."""
+        return response_along(self.effect, q, rig, motion)
+
+    def steps(self, q: FloatArray) -> FloatArray:
+        """A thousandth of each number, or of its usual size."""
+        usual = [abs(p.grid[0]) if p.role == "amplitude" else 0.0 for p in self.effect.parameters]
+        phases = [1.0 if p.role == "phase" else 0.0 for p in self.effect.parameters]
+        return _RELATIVE_STEP * np.maximum(np.maximum(np.abs(q), usual), phases)
+
+    def bounded(self, q: FloatArray) -> FloatArray:
+        """Amplitudes and shapes within the declared range, phases within one turn."""
+        out = np.array(q, dtype=np.float64)
+        for i, p in enumerate(self.effect.parameters):
+            if p.role == "phase":
+                out[i] = (out[i] + np.pi) % (2.0 * np.pi) - np.pi
+            else:
+                low = p.low if p.role == "amplitude" else max(p.low, 1e-6)
+                out[i] = min(max(out[i], low), p.high)
+        return out
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A free function of one coordinate, linear in its numbers.
+
+    Attributes:
+        id: name in reports.
+        component: where its torque acts.
+        depends_on: the coordinate.
+        sort: "torque", "friction" (turned against the motion) or "error".
+        knots: values of the coordinate at which its numbers are the function's values.
+        basis: gives torques and errors of every number, each (n, 2, size), or None for none.
+    """
+
+    id: str
+    component: str
+    depends_on: str
+    sort: str
+    knots: tuple[float, ...]
+    basis: Callable[[Rig, Motion], tuple[FloatArray | None, FloatArray | None]]
+
+    @property
+    def size(self) -> int:
+        """How many numbers it has."""
+        return len(self.knots)
+
+    def response(self, q: FloatArray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
+        """The function's torques and reading errors."""
+        loads, errors = self.basis(rig, motion)
+        nothing = np.zeros((len(motion.t), 2))
+        return (
+            nothing if loads is None else loads @ q,
+            nothing if errors is None else errors @ q,
+        )
+
+    def steps(self, q: FloatArray) -> FloatArray:
+        """Any will do: it is linear."""
+        return np.ones_like(q)
+
+    def bounded(self, q: FloatArray) -> FloatArray:
+        """No bounds."""
+        return q
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Term:
+    """A source with its numbers."""
+
+    source: Named | Shape
+    q: FloatArray
+
+    @property
+    def id(self) -> str:
+        """The source's."""
+        return self.source.id
+
+    def slopes(self, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of torques and errors by the numbers, each of shape (n, 2, size)."""
+        n = len(motion.t)
+        if isinstance(self.source, Shape):
+            loads, errors = self.source.basis(rig, motion)
+            nothing = np.zeros((n, 2, self.source.size))
+            return nothing if loads is None else loads, nothing if errors is None else errors
+        steps = self.source.steps(self.q)
+        loads, errors = np.zeros((n, 2, len(self.q))), np.zeros((n, 2, len(self.q)))
+        below = self.source.response(self.q, rig, motion)
+        for i, step in enumerate(steps.tolist()):
+            move = np.zeros_like(self.q)
+            move[i] = step
+            above = self.source.response(self.q + move, rig, motion)
+            loads[:, :, i] = (above[0] - below[0]) / step
+            errors[:, :, i] = (above[1] - below[1]) / step
+        return loads, errors
+
+
+def with_terms(samples: Samples, terms: tuple[Term, ...], rig: Rig, motion: Motion) -> Samples:
+    """The recording as the filter reads it when the terms are known."""
+    loads, angles = samples.loads.copy(), samples.angles.copy()
+    for term in terms:
+        torque, error = term.source.response(term.q, rig, motion)
+        loads += torque
+        angles -= error
+    return replace(samples, loads=loads, angles=angles)

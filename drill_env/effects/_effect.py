@@ -1,0 +1,113 @@
+"""What the declaration of an effect says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+
+from drill_env._errors import InputError
+from drill_env._types import FloatArray
+
+Component: TypeAlias = Literal["actuator", "upper", "string", "lower", "sensor"]
+Equation: TypeAlias = Literal["upper", "lower", "both"]
+Role: TypeAlias = Literal["amplitude", "phase", "shape"]
+
+
+@dataclass(frozen=True, slots=True)
+class EffectParameter:
+    """One number of an effect.
+
+    Attributes:
+        name: as in files and reports.
+        unit: SI.
+        role: the effect is proportional to an amplitude; a phase turns it by an angle; a shape
+            does neither.
+        grid: values of a shape that a search tries; an amplitude's one value is its usual size.
+        low: lowest sensible value.
+        high: highest sensible value.
+    """
+
+    name: str
+    unit: str
+    role: Role
+    grid: tuple[float, ...]
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """Physics that the rig of the paper leaves out.
+
+    Attributes:
+        id: name in files and reports.
+        component: where it sits.
+        equation: the disc whose equation of motion it enters.
+        depends_on: what it is a function of.
+        parameters: its numbers, in the order of the kernel's `q`.
+        formula: what is added, in the symbols of the paper.
+        meaning: one plain sentence for a report.
+        neighbours: effects it is easily confused with.
+        aliases: effects that no recording tells from it.
+        source: reference.
+        follows: parameters of the rig that its torque follows.
+        kernel: compiled function of (p, q, m, s, out).
+    """
+
+    id: str
+    component: Component
+    equation: Equation
+    depends_on: str
+    parameters: tuple[EffectParameter, ...]
+    formula: str
+    meaning: str
+    kernel: Any
+    neighbours: tuple[str, ...] = ()
+    aliases: tuple[str, ...] = ()
+    source: str = ""
+    follows: tuple[str, ...] = ()
+    senses: bool = field(default=False)
+
+    def vector(self, values: dict[str, float]) -> FloatArray:
+        """Its parameters as the kernel reads them.
+
+        Raises:
+            InputError: a parameter is missing, unknown or no number in its range.
+        """
+        names = [p.name for p in self.parameters]
+        unknown = sorted(set(values) - set(names))
+        missing = [name for name in names if name not in values]
+        if unknown or missing:
+            raise InputError(
+                f"effect {self.id}: {'unknown' if unknown else 'missing'} parameter "
+                f"{(unknown or missing)[0]}; it has {', '.join(names)}"
+            )
+        vector = np.array([float(values[name]) for name in names])
+        for parameter, value in zip(self.parameters, vector.tolist(), strict=True):
+            if not (parameter.low <= value <= parameter.high):
+                raise InputError(
+                    f"effect {self.id}: {parameter.name} is {value}, give "
+                    f"{parameter.low:g} to {parameter.high:g} {parameter.unit}"
+                )
+        return vector
+
+
+def amplitude(
+    name: str, unit: str, usual: float, *, most: float, signed: bool = True
+) -> EffectParameter:
+    """A parameter to which the effect is proportional."""
+    return EffectParameter(name, unit, "amplitude", (usual,), -most if signed else 0.0, most)
+
+
+def phase(name: str = "phase") -> EffectParameter:
+    """An angle by which the effect is turned."""
+    return EffectParameter(name, "rad", "phase", (0.0,), -7.0, 7.0)
+
+
+def shape(
+    name: str, unit: str, grid: tuple[float, ...], *, low: float = 0.0, high: float = np.inf
+) -> EffectParameter:
+    """A parameter that a search tries on a grid."""
+    return EffectParameter(name, unit, "shape", grid, low, high)

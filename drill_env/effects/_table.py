@@ -1,0 +1,81 @@
+"""Compiled effect without a name: a piecewise linear function of one coordinate."""
+
+from math import floor, pi
+
+from drill_env._jit import inlined, kernel
+from drill_env.effects._signal import against
+
+COORDINATES = (
+    "time",
+    "voltage",
+    "theta_u",
+    "theta_l",
+    "twist",
+    "omega_u",
+    "omega_l",
+    "omega_u - omega_l",
+)
+TIME, VOLTAGE, THETA_U, THETA_L, TWIST, OMEGA_U, OMEGA_L = range(7)
+
+ACTIONS = ("torque_u", "torque_l", "string", "friction_l", "angle_u", "angle_l")
+TORQUE_U, TORQUE_L, STRING, FRICTION_L, ANGLE_U, ANGLE_L = range(6)
+
+COORDINATE, ACTION, COUNT = range(3)
+
+
+@inlined
+def coordinate_of(which, s):
+    """Value of coordinate number `which`; angles within one turn."""
+    if which == TIME:
+        return s.t
+    if which == VOLTAGE:
+        return s.u
+    if which == THETA_U:
+        return s.theta_u - 2.0 * pi * floor(s.theta_u / (2.0 * pi))
+    if which == THETA_L:
+        return s.theta_l - 2.0 * pi * floor(s.theta_l / (2.0 * pi))
+    if which == TWIST:
+        return s.twist
+    if which == OMEGA_U:
+        return s.omega_u
+    if which == OMEGA_L:
+        return s.omega_l
+    return s.omega_u - s.omega_l
+
+
+@inlined
+def interpolate(table, count, x):
+    """Value at `x` between knots table[0] with values table[1]; constant beyond the ends."""
+    low, high = 0, count - 1
+    if x <= table[0, low]:
+        return table[1, low]
+    if x >= table[0, high]:
+        return table[1, high]
+    while high - low > 1:
+        middle = (low + high) // 2
+        if x < table[0, middle]:
+            high = middle
+        else:
+            low = middle
+    share = (x - table[0, low]) / (table[0, high] - table[0, low])
+    return table[1, low] + share * (table[1, high] - table[1, low])
+
+
+@kernel
+def tabulated(q, table, s, out):
+    """Add the table's torque or error; `q` holds its coordinate, its action and its length."""
+    value = interpolate(table, int(q[COUNT]), coordinate_of(int(q[COORDINATE]), s))
+    action = int(q[ACTION])
+    if action == TORQUE_U:
+        out.torque_u += value
+    elif action == TORQUE_L:
+        out.torque_l += value
+    elif action == STRING:
+        out.torque_u -= value
+        out.torque_l += value
+    elif action == FRICTION_L:
+        out.torque_l += against(s.omega_l, s.net_l, value * s.friction_l)
+    elif action == ANGLE_U:
+        out.angle_u += value
+    else:
+        out.angle_l += value

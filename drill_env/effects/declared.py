@@ -1,0 +1,198 @@
+"""The effects that a rig declares, checked and laid out for the compiled code."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from drill_env._errors import InputError
+from drill_env._types import FloatArray
+from drill_env.effects import LIBRARY, ORDER
+from drill_env.effects._bundle import TABLE, Bundle
+from drill_env.effects._signal import MEMORY
+from drill_env.effects._table import ACTIONS, COORDINATES
+from drill_env.parameters import Rig
+
+WIDTH = 8
+"""Most parameters of an effect."""
+
+FRICTION = frozenset(
+    {
+        "load_dependent_friction",
+        "upper_stribeck",
+        "friction_warmup",
+        "lower_stribeck",
+        "lower_asymmetry",
+        "presliding",
+        "friction_lag",
+        "rate_state",
+        "dwell_stiction",
+        "brake_runout",
+        "friction_drift",
+        "friction_heating",
+        "friction_step",
+        "wear",
+    }
+)
+"""Effects that hold a resting disc against whatever else pulls on it."""
+
+# They put a drive in the place of the upper disc's balance, and read it before others add to it.
+_DRIVES = ("gear_backlash", "gear_compliance")
+_TABLE_KEYS = {"id", "component", "depends_on", "sort", "knots", "values", "encoder"}
+_ACTION = {
+    ("actuator", "torque"): "torque_u",
+    ("upper", "torque"): "torque_u",
+    ("lower", "torque"): "torque_l",
+    ("string", "torque"): "string",
+    ("lower", "friction"): "friction_l",
+}
+_ENCODER = {"theta_u": "upper", "theta_l": "lower"}
+
+
+def declared(rig: Rig) -> Bundle:
+    """The rig's effects as the compiled code reads them.
+
+    Raises:
+        InputError: an effect is unknown, a parameter is missing, unknown or out of range, or
+            the rig has no such component.
+    """
+    rows = []
+    for place, entry in enumerate(rig.effects):
+        try:
+            rows.append(_row(entry, rig))
+        except InputError as error:
+            raise InputError(f"rig effect {place + 1}: {error}") from error
+    rows.sort(key=lambda row: row[0])
+    longest = max((row[4].shape[1] for row in rows), default=0)
+    tables = np.zeros((len(rows), 2, longest))
+    for i, row in enumerate(rows):
+        tables[i, :, : row[4].shape[1]] = row[4]
+    return Bundle(
+        np.array([row[1] for row in rows], dtype=np.int64),
+        np.array([row[2] for row in rows], dtype=np.int64),
+        np.array([row[3] for row in rows]).reshape(len(rows), WIDTH),
+        tables,
+    )
+
+
+def new_memories(bundle: Bundle) -> FloatArray:
+    """What the effects remember, at the start; shape (effects, MEMORY)."""
+    return np.zeros((len(bundle.codes), MEMORY))
+
+
+def longest_hold(rig: Rig) -> float:
+    """Time (s) for which torques may be held at most: a drive's ringing needs resolving."""
+    longest = math.inf
+    for entry in rig.effects:
+        if entry.get("id") in _DRIVES:
+            share = float(entry["motor_share"])
+            lighter = min(share, 1.0 - share) * rig.Ju
+            longest = min(longest, 0.5 * math.sqrt(lighter / float(entry["stiffness"])))
+    return longest
+
+
+_Row = tuple[int, int, bool, FloatArray, FloatArray]
+
+
+def _row(entry: Mapping[str, Any], rig: Rig) -> _Row:
+    """Rank, number, whether it senses, parameters and table of one entry."""
+    name = entry.get("id")
+    if name == "table":
+        return _table_row(entry, rig)
+    effect = LIBRARY.get(name) if isinstance(name, str) else None
+    if effect is None:
+        raise InputError(f"id is {name!r}; known: {', '.join([*LIBRARY, 'table'])}")
+    _check_component(effect.id, effect.equation, rig)
+    values = {key: value for key, value in entry.items() if key != "id"}
+    for key, value in values.items():
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise InputError(f"effect {name}: {key} is {value!r}; give a number")
+    q = np.zeros(WIDTH)
+    vector = effect.vector(values)
+    q[: len(vector)] = vector
+    rank = 0 if effect.id in _DRIVES else 2 if effect.id in FRICTION else 1
+    return rank, ORDER.index(effect.id), effect.senses, q, np.zeros((2, 0))
+
+
+def _check_component(name: str, equation: str, rig: Rig) -> None:
+    if rig.inertias == 1 and equation != "upper":
+        raise InputError(
+            f"effect {name} acts on the string or the lower disc, which a rig with "
+            "inertias = 1 lacks; remove it"
+        )
+
+
+def _table_row(entry: Mapping[str, Any], rig: Rig) -> _Row:
+    unknown = sorted(set(entry) - _TABLE_KEYS)
+    if unknown:
+        known = ", ".join(sorted(_TABLE_KEYS))
+        raise InputError(f"table: unknown key {unknown[0]}; known: {known}")
+    coordinate = entry.get("depends_on")
+    if coordinate not in COORDINATES:
+        raise InputError(
+            f"table: depends_on is {coordinate!r}; give one of {', '.join(COORDINATES)}"
+        )
+    action = _action(entry)
+    _check_component("table", "upper" if action.endswith("_u") else "lower", rig)
+    knots = _numbers(entry, "knots")
+    values = _numbers(entry, "values")
+    if len(knots) < 2 or len(knots) != len(values) or (np.diff(knots) <= 0).any():
+        raise InputError(
+            f"table: {len(knots)} knots and {len(values)} values; give two or more ascending "
+            "knots and as many values"
+        )
+    table = np.array([knots, values])
+    if coordinate.startswith("theta"):
+        table = _closed(table)
+    q = np.zeros(WIDTH)
+    q[:3] = COORDINATES.index(coordinate), ACTIONS.index(action), table.shape[1]
+    rank = 2 if action == "friction_l" else 1
+    return rank, TABLE, action.startswith("angle"), q, table
+
+
+def _action(entry: Mapping[str, Any]) -> str:
+    component, sort = str(entry.get("component")), str(entry.get("sort"))
+    if sort == "error":
+        encoder = entry.get("encoder", _ENCODER.get(str(entry.get("depends_on"))))
+        if encoder not in ("upper", "lower"):
+            raise InputError(f'table: encoder is {encoder!r}; give "upper" or "lower"')
+        return "angle_u" if encoder == "upper" else "angle_l"
+    if "encoder" in entry:
+        raise InputError('table: encoder goes with sort = "error" only; remove it')
+    if (component, sort) not in _ACTION:
+        raise InputError(
+            f"table: component {component!r} with sort {sort!r}; give sort torque with actuator, "
+            "upper, string or lower, friction with lower, or error with sensor"
+        )
+    return _ACTION[component, sort]
+
+
+def _numbers(entry: Mapping[str, Any], key: str) -> FloatArray:
+    given = entry.get(key)
+    if isinstance(given, str) or not isinstance(given, Sequence):
+        raise InputError(f"table: {key} is {given!r}; give a list of numbers")
+    plain = all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in given)
+    if not plain or not np.isfinite(np.array(given, dtype=float)).all():
+        raise InputError(f"table: {key} holds something that is no finite number; correct it")
+    return np.array(given, dtype=float)
+
+
+def _closed(table: FloatArray) -> FloatArray:
+    """A table of an angle with knots at 0 and at the whole turn."""
+    turn = 2.0 * math.pi
+    knots, values = table
+    if knots[0] < 0.0 or knots[-1] > turn + 1e-9:
+        raise InputError("table: knots of an angle lie outside 0 to 2 pi; shift them by turns")
+    if knots[-1] - knots[0] >= turn - 1e-9:
+        return table
+    ends = np.interp([0.0], knots, values, period=turn)
+    inner = (knots > 0.0) & (knots < turn)
+    return np.vstack(
+        [
+            np.concatenate([[0.0], knots[inner], [turn]]),
+            np.concatenate([ends, values[inner], ends]),
+        ]
+    )

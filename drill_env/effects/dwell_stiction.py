@@ -1,0 +1,51 @@
+"""The brake sticks harder the longer it rests."""
+
+from math import exp
+
+from drill_env._jit import kernel
+from drill_env.effects._effect import Effect, amplitude, shape
+from drill_env.effects._signal import against
+
+
+@kernel
+def dwell_stiction(p, q, m, s, out):
+    """holds torque (1 - e^(-dwell/time_constant)) more, lost over 0.05 rad of slip."""
+    if s.omega_l == 0.0:
+        m[0] = (m[0] + s.dt) if m[1] == 0.0 else s.dt
+        m[1] = 0.0
+    else:
+        m[1] += abs(s.omega_l) * s.dt
+    extra = q[0] * (1.0 - exp(-m[0] / q[1])) * exp(-m[1] / 0.05)
+    out.torque_l += against(s.omega_l, s.net_l, extra)
+
+
+EFFECT = Effect(
+    id="dwell_stiction",
+    component="lower",
+    equation="lower",
+    depends_on="dwell time",
+    parameters=(
+        amplitude("torque", "Nm", 0.003, most=1.0),
+        shape(
+            "time_constant",
+            "s",
+            (
+                0.1,
+                0.3,
+                1.0,
+                3.0,
+                10.0,
+            ),
+            low=0.005,
+            high=1000.0,
+        ),
+    ),
+    formula="holds torque (1 - e^(-dwell/time_constant)) more, lost over 0.05 rad of slip",
+    meaning="The brake sticks harder the longer it rests.",
+    kernel=dwell_stiction,
+    neighbours=(
+        "lower_stribeck",
+        "rate_state",
+    ),
+    source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994)",
+)

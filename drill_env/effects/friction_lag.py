@@ -1,0 +1,54 @@
+"""The brake's torque follows the speed late."""
+
+from math import exp
+
+from drill_env._jit import kernel
+from drill_env.effects._effect import Effect, shape
+from drill_env.effects._signal import against
+from drill_env.friction._kernels import lower_sliding
+
+
+@kernel
+def friction_lag(p, q, m, s, out):
+    """-sign(omega_l) (T_l(w) - T_l(|omega_l|)), time_constant dw/dt = |omega_l| - w."""
+    speed = abs(s.omega_l)
+    if s.first:
+        m[0] = speed
+    m[0] = speed + (m[0] - speed) * exp(-s.dt / q[0])
+    extra = lower_sliding(p, m[0]) - s.friction_l
+    out.torque_l += against(s.omega_l, s.net_l, extra)
+
+
+EFFECT = Effect(
+    id="friction_lag",
+    component="lower",
+    equation="lower",
+    depends_on="omega_l",
+    parameters=(
+        shape(
+            "time_constant",
+            "s",
+            (
+                0.005,
+                0.01,
+                0.02,
+                0.04,
+                0.08,
+                0.15,
+                0.3,
+                0.6,
+            ),
+            low=0.0005,
+            high=20.0,
+        ),
+    ),
+    formula="-sign(omega_l) (T_l(w) - T_l(|omega_l|)), time_constant dw/dt = |omega_l| - w",
+    meaning="The brake's torque follows the speed late.",
+    kernel=friction_lag,
+    neighbours=(
+        "rate_state",
+        "presliding",
+        "string_damping",
+    ),
+    source="Hess and Soom, J. Tribology 112 (1990)",
+)

@@ -1,0 +1,65 @@
+"""The drive has play: the motor moves free for a while."""
+
+from drill_env._jit import kernel
+from drill_env.effects._drive import drive_torque
+from drill_env.effects._effect import Effect, shape
+
+
+@kernel
+def gear_backlash(p, q, m, s, out):
+    """motor of share J_u behind a spring with play: J_m dw_m/dt = km u - T_fu(w_m) - T_g."""
+    out.torque_u += drive_torque(p, m, s, q[1], q[2], q[0])
+
+
+EFFECT = Effect(
+    id="gear_backlash",
+    component="upper",
+    equation="upper",
+    depends_on="voltage",
+    parameters=(
+        shape(
+            "gap",
+            "rad",
+            (
+                0.02,
+                0.04,
+                0.08,
+                0.15,
+                0.25,
+                0.4,
+                0.6,
+                0.9,
+            ),
+            low=0.0001,
+            high=6.0,
+        ),
+        shape(
+            "motor_share",
+            "1",
+            (
+                0.1,
+                0.25,
+                0.5,
+            ),
+            low=0.01,
+            high=0.95,
+        ),
+        shape(
+            "stiffness",
+            "Nm/rad",
+            (
+                30.0,
+                300.0,
+            ),
+            low=1.0,
+            high=100000.0,
+        ),
+    ),
+    formula="motor of share J_u behind a spring with play: J_m dw_m/dt = km u - T_fu(w_m) - T_g",
+    meaning="The drive has play: the motor moves free for a while.",
+    kernel=gear_backlash,
+    neighbours=(
+        "amplifier_deadzone",
+        "gear_compliance",
+    ),
+)

@@ -1,0 +1,54 @@
+"""The drive's gear is springy."""
+
+from drill_env._jit import kernel
+from drill_env.effects._drive import drive_torque
+from drill_env.effects._effect import Effect, shape
+
+
+@kernel
+def gear_compliance(p, q, m, s, out):
+    """motor of share J_u behind a spring: J_m dw_m/dt = km u - T_fu(w_m) - T_g."""
+    out.torque_u += drive_torque(p, m, s, q[1], q[0], 0.0)
+
+
+EFFECT = Effect(
+    id="gear_compliance",
+    component="upper",
+    equation="upper",
+    depends_on="voltage",
+    parameters=(
+        shape(
+            "stiffness",
+            "Nm/rad",
+            (
+                3.0,
+                8.0,
+                20.0,
+                50.0,
+                120.0,
+                300.0,
+                800.0,
+            ),
+            low=0.1,
+            high=100000.0,
+        ),
+        shape(
+            "motor_share",
+            "1",
+            (
+                0.1,
+                0.25,
+                0.5,
+            ),
+            low=0.01,
+            high=0.95,
+        ),
+    ),
+    formula="motor of share J_u behind a spring: J_m dw_m/dt = km u - T_fu(w_m) - T_g",
+    meaning="The drive's gear is springy.",
+    kernel=gear_compliance,
+    neighbours=(
+        "actuator_lag",
+        "gear_backlash",
+    ),
+)

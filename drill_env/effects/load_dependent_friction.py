@@ -1,0 +1,24 @@
+"""The upper bearing rubs harder under the string's torque."""
+
+from drill_env._jit import kernel
+from drill_env.effects._effect import Effect, amplitude
+from drill_env.effects._signal import against
+
+
+@kernel
+def load_dependent_friction(p, q, m, s, out):
+    """-sign(omega_u) coefficient |ktheta twist|."""
+    out.torque_u += against(s.omega_u, s.net_u, q[0] * abs(p.ktheta * s.twist))
+
+
+EFFECT = Effect(
+    id="load_dependent_friction",
+    component="upper",
+    equation="upper",
+    depends_on="twist",
+    parameters=(amplitude("coefficient", "1", 0.05, most=5.0),),
+    formula="-sign(omega_u) coefficient |ktheta twist|",
+    meaning="The upper bearing rubs harder under the string's torque.",
+    kernel=load_dependent_friction,
+    neighbours=("string_asymmetry",),
+)

@@ -1,0 +1,28 @@
+"""The string is stiffer in one direction."""
+
+from drill_env._jit import kernel
+from drill_env.effects._effect import Effect, amplitude
+
+
+@kernel
+def string_asymmetry(p, q, m, s, out):
+    """-+coefficient |twist|."""
+    torque = q[0] * abs(s.twist)
+    out.torque_l += torque
+    out.torque_u -= torque
+
+
+EFFECT = Effect(
+    id="string_asymmetry",
+    component="string",
+    equation="both",
+    depends_on="twist",
+    parameters=(amplitude("coefficient", "Nm/rad", 0.002, most=1.0),),
+    formula="-+coefficient |twist|",
+    meaning="The string is stiffer in one direction.",
+    kernel=string_asymmetry,
+    neighbours=(
+        "string_hardening",
+        "load_dependent_friction",
+    ),
+)

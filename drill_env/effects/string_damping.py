@@ -1,0 +1,28 @@
+"""The string has damping of its own."""
+
+from drill_env._jit import kernel
+from drill_env.effects._effect import Effect, amplitude
+
+
+@kernel
+def string_damping(p, q, m, s, out):
+    """-+damping (omega_u - omega_l)."""
+    torque = q[0] * (s.omega_u - s.omega_l)
+    out.torque_l += torque
+    out.torque_u -= torque
+
+
+EFFECT = Effect(
+    id="string_damping",
+    component="string",
+    equation="both",
+    depends_on="omega_u - omega_l",
+    parameters=(amplitude("damping", "Nm s/rad", 0.0005, most=1.0),),
+    formula="-+damping (omega_u - omega_l)",
+    meaning="The string has damping of its own.",
+    kernel=string_damping,
+    neighbours=(
+        "encoder_delay_lower",
+        "quadratic_drag",
+    ),
+)

@@ -1,0 +1,73 @@
+"""Smoothed states and latent torques of a recording, and the slopes of any known disturbance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drill_env._types import FloatArray
+from drill_env.identification._carry import carry, smooth
+from drill_env.identification._filter import N_FILTER
+from drill_env.identification.noise import NoiseModel
+from drill_env.identification.prediction_error import Path, Samples
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Smoothed:
+    """What all samples together say of each row.
+
+    Attributes:
+        states: twist, omega_u, omega_l, theta_l, d_u, d_l; shape (n, 6).
+        pull: slope of the log likelihood by a torque on each disc held over the interval after
+            each row, 1/Nm, shape (n, 2).
+        misread: slope of the log likelihood by an error of each reading, 1/rad, shape (n, 2).
+    """
+
+    states: FloatArray
+    pull: FloatArray
+    misread: FloatArray
+
+
+def smoothed(samples: Samples, noise: NoiseModel, path: Path) -> Smoothed:
+    """Smooth a pass of the filter.
+
+    Args:
+        samples: the recording.
+        noise: under which the pass was made.
+        path: the pass.
+    """
+    n = len(samples.t)
+    states, variances, pull, misread = (np.zeros((n, m)) for m in (N_FILTER, 2, 2, 2))
+    rate = np.array([1.0 / noise.tau_u, 1.0 / noise.tau_l])
+    smooth(
+        path.rows, samples.t, rate, samples.restarts, path.trace.state, np.zeros(N_FILTER),
+        np.zeros(N_FILTER), states, variances, pull, misread,
+    )  # fmt: skip
+    return Smoothed(states, pull, misread)
+
+
+def slopes_of(
+    samples: Samples, noise: NoiseModel, path: Path, loads: FloatArray, errors: FloatArray | None
+) -> FloatArray:
+    """How known torques and sensor errors move the standardised predictions.
+
+    Args:
+        samples: the recording.
+        noise: under which the pass was made.
+        path: the pass.
+        loads: torques on both discs over the interval after each row, Nm, shape (n, 2, m).
+        errors: errors of both readings, rad, shape (n, 2, m), or None.
+
+    Returns:
+        Slopes, shape (n, 2, m), in the order of `path.rows["white"]`.
+    """
+    out = np.zeros(loads.shape)
+    state = np.zeros((N_FILTER, loads.shape[2]))
+    rate = np.array([1.0 / noise.tau_u, 1.0 / noise.tau_l])
+    carry(
+        path.rows, samples.t, rate, samples.restarts, np.ascontiguousarray(loads),
+        np.zeros((0, 2, loads.shape[2])) if errors is None else np.ascontiguousarray(errors),
+        state, np.zeros_like(state), out,
+    )  # fmt: skip
+    return out
