@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Shape, Term
 from drill_env.parameters import Rig
 
@@ -29,5 +30,6 @@ def declaration(term: Term) -> dict[str, Any]:
 
 
 def extended_rig(rig: Rig, terms: Sequence[Term]) -> Rig:
-    """A rig with the terms among its effects."""
-    return rig.replace(effects=(*rig.effects, *(declaration(term) for term in terms)))
+    """A rig with the terms among its effects; single events of one recording are no part of it."""
+    lasting = [term for term in terms if not isinstance(term.source, Slips)]
+    return rig.replace(effects=(*rig.effects, *(declaration(term) for term in lasting)))

@@ -27,9 +27,10 @@ from drill_env.diagnosis.result import (
     Number,
     Verdict,
 )
-from drill_env.diagnosis.search import NEEDED, Found, find, trimmed
+from drill_env.diagnosis.search import NEEDED, Found, find, is_named, trimmed
 from drill_env.diagnosis.sentences import sentences
-from drill_env.diagnosis.terms import Named, Shape, Term
+from drill_env.diagnosis.slips import Slips
+from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 from drill_env.identification.coordinates import active_names
 from drill_env.identification.prediction_error import Samples, prepare
@@ -128,7 +129,7 @@ def _judged(
     """Judge before and after; a term that does not help on held-out recordings is dropped."""
     before = tuple(judge(s, base_setting, base) for s in held)
     after = tuple(judge(s, found.setting, found.final) for s in held)
-    while held and found.final.terms:
+    while held and found.final.terms and not isinstance(found.final.terms[-1].source, Slips):
         fewer = trimmed(found)
         alone = tuple(judge(s, fewer.setting, fewer.final) for s in held)
         if sum(j.value for j in after) < sum(j.value for j in alone) - 2.0:
@@ -145,7 +146,7 @@ def _result(
     final, setting = found.final, found.setting
     changed = changes(setting, final, start, seed=options.seed)
     effects = _effects(found, base, new_law, faults)
-    shaped = [t for t in final.terms if isinstance(t.source, Shape)]
+    shaped = [t for t in final.terms if not is_named(t)]
     verdict = _verdict(effects, shaped, changed, options)
     leading = final.terms[0] if final.terms else None
     located = locate(setting, final, leading) if leading is not None else _law_located(effects)
@@ -194,6 +195,7 @@ def _effects(found: Found, base: Fit, new_law: bool, faults: list[Fault]) -> lis
     effects = []
     if new_law:
         effects.append(_law_effect(found))
+    effects += _lost_counts(found)
     for term in found.final.terms:
         if not isinstance(term.source, Named):
             continue
@@ -208,6 +210,33 @@ def _effects(found: Found, base: Fit, new_law: bool, faults: list[Fault]) -> lis
     for fault in faults:
         numbers = {k: Number(*v) for k, v in fault.parameters.items()}
         effects.append(NamedEffect(fault.id, "sensor", 0.99, numbers, fault.text, fault.text, []))
+    return effects
+
+
+def _lost_counts(found: Found) -> list[NamedEffect]:
+    """One effect for all steps of each encoder, from whichever round they come."""
+    effects = []
+    seconds = sum(float(m.t[-1] - m.t[0]) for m in found.final.motions)
+    ids = dict.fromkeys(t.id for t in found.final.terms if isinstance(t.source, Slips))
+    for name in ids:
+        steps = np.concatenate([t.q for t in found.final.terms if t.id == name])
+        real = np.abs(steps[np.abs(steps) > 0.3 * np.abs(steps).max()])
+        spread = 1.96 * float(np.std(real)) / math.sqrt(len(real))
+        size, rate = float(np.median(real)), len(real) / seconds
+        doubt = 1.96 * math.sqrt(len(real)) / seconds
+        numbers = {
+            "size": Number(size, size - spread, size + spread, "rad"),
+            "rate": Number(rate, max(rate - doubt, 0.0), rate + doubt, "1/s"),
+        }
+        effect = LIBRARY[name]
+        effects.append(
+            NamedEffect(
+                name, "sensor", max(probabilities(r).get(name, 0.0) for r in found.rounds),
+                numbers, "steps of `size`, on average `rate` a second, on the reading",
+                f"The {name.rsplit('_', 1)[1]} encoder loses counts at single moments.",
+                list(effect.aliases),
+            )
+        )  # fmt: skip
     return effects
 
 

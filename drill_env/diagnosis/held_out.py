@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drill_env._errors import InputError
-from drill_env._types import FloatArray
+from drill_env._types import FloatArray, IntArray
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.extended import Fit, Setting, motion_of
 from drill_env.diagnosis.terms import Term, with_terms
@@ -60,7 +60,7 @@ def judge(samples: Samples, setting: Setting, fit: Fit) -> Judged:
     states = smooth.states
     terms = fit.terms
     rows = samples.restarts
-    spans = np.unique(np.concatenate([rows, _rows_each(samples, HORIZON)]))
+    spans = np.unique(np.concatenate([rows, _rows_each(samples, HORIZON)])).astype(np.int64)
     free = _run_from(samples, fit.rig, terms, states, rows)
     short = _run_from(samples, fit.rig, terms, states, spans)
     return Judged(
@@ -82,17 +82,17 @@ def _followed(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Sam
     return motion, given, path
 
 
-def _rows_each(samples: Samples, seconds: float) -> FloatArray:
+def _rows_each(samples: Samples, seconds: float) -> IntArray:
     ends = [*samples.restarts[1:].tolist(), len(samples.t)]
     rows = []
     for a, b in zip(samples.restarts.tolist(), ends, strict=True):
-        times = np.arange(samples.t[a], samples.t[b - 1], seconds)
+        times = np.arange(float(samples.t[a]), float(samples.t[b - 1]), seconds)
         rows.append(a + np.searchsorted(samples.t[a:b], times - 1e-9))
-    return np.concatenate(rows)
+    return np.concatenate(rows).astype(np.int64)
 
 
 def _run_from(
-    samples: Samples, rig: Rig, terms: Sequence[Term], states: FloatArray, rows: FloatArray
+    samples: Samples, rig: Rig, terms: Sequence[Term], states: FloatArray, rows: IntArray
 ) -> FloatArray:
     """Angles simulated anew from each of some rows, shape (n, 2), as the encoders show them."""
     extended = extended_rig(rig, terms)
@@ -104,7 +104,7 @@ def _run_from(
         if len(t) < 2:
             continue
         try:
-            out[a:stop] = _angles(extended, t, u, states[a, :4], samples.t[a])
+            out[a:stop] = _angles(extended, t, u, states[a, :4], float(samples.t[a]))
         except (InputError, RuntimeError):
             return np.full_like(out, math.inf)
         out[a:b, 0] -= offset[a]

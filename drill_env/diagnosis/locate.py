@@ -11,6 +11,7 @@ from drill_env._types import FloatArray
 from drill_env.diagnosis.extended import Fit, Setting
 from drill_env.diagnosis.result import FoundShape, Located
 from drill_env.diagnosis.shapes import COORDINATES
+from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Shape, Term
 
 _SHORTEST = 0.05
@@ -88,7 +89,7 @@ def _region(depends_on: str, fit: Fit, strong: np.ndarray, place: int) -> dict[s
 def _order(term: Term) -> float | None:
     source = term.source
     if isinstance(source, Shape):
-        if not source.depends_on.startswith("theta"):
+        if isinstance(source, Slips) or not source.depends_on.startswith("theta"):
             return None
         power = np.abs(np.fft.rfft(term.q - np.mean(term.q)))[1 : _MOST_ORDER + 1]
         return float(1 + np.argmax(power))
@@ -113,7 +114,7 @@ def _frequency(term: Term) -> float | None:
 
 def describe(term: Term) -> FoundShape | None:
     """A free shape with the shortest formula that explains most of it."""
-    if not isinstance(term.source, Shape):
+    if not isinstance(term.source, Shape) or isinstance(term.source, Slips):
         return None
     x, y = np.array(term.source.knots), term.q
     best = ("constant", 0.0)
@@ -166,7 +167,7 @@ def _bump(name: str, x: FloatArray, y: FloatArray) -> tuple[str, float]:
 
 
 def _fitted(basis: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    coefficients = np.linalg.lstsq(basis, y, rcond=None)[0]
+    coefficients = np.asarray(np.linalg.lstsq(basis, y, rcond=None)[0], dtype=np.float64)
     return basis @ coefficients, coefficients
 
 

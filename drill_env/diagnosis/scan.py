@@ -28,7 +28,7 @@ _HIGHEST_HZ = 40.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Known:
+class Known:
     """A recording with what a score needs of it."""
 
     samples: Samples
@@ -55,7 +55,7 @@ class Ground:
 
     setting: Setting
     fit: Fit
-    known: tuple[_Known, ...]
+    known: tuple[Known, ...]
     cross: FloatArray
     dispersion: float
     pull: tuple[FloatArray, ...]
@@ -84,7 +84,7 @@ def ground_at(setting: Setting, fit: Fit) -> Ground:
     """Prepare scores at a fit."""
     jacobian = setting.coordinates.jacobian(fit.vector)
 
-    def known(job: tuple[Samples, FloatArray, Motion]) -> tuple[_Known, FloatArray]:
+    def known(job: tuple[Samples, FloatArray, Motion]) -> tuple[Known, FloatArray]:
         samples, starts, motion = job
         given = with_terms(samples, fit.terms, fit.rig, motion)
         path = path_of(given, fit.rig, fit.noise, starts, setting.robust, slopes=True)
@@ -95,13 +95,13 @@ def ground_at(setting: Setting, fit: Fit) -> Ground:
         own = _by_window(own, used, samples)
         gram = own.T @ own + 1e-6 * np.eye(own.shape[1])
         shared_used = shared[used]
-        solved = np.linalg.solve(gram, own.T)
+        solved = np.asarray(np.linalg.solve(gram, own.T), dtype=np.float64)
         shared_used = shared_used - own @ (solved @ shared_used)
         white = path.rows["white"][used]
         white = white - own @ (solved @ white)
         pull = smoothed(given, fit.noise, path).pull
         return (
-            _Known(given, motion, path, white, used, np.hstack([shared_used, own]), solved),
+            Known(given, motion, path, white, used, np.hstack([shared_used, own]), solved),
             pull,
         )
 
@@ -136,7 +136,7 @@ def _moments(ground: Ground, terms: Sequence[Term]) -> tuple[FloatArray, FloatAr
     rig, noise = ground.fit.rig, ground.fit.noise
     m = len(ground.fit.gradient)
 
-    def one(known: _Known) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def one(known: Known) -> tuple[FloatArray, FloatArray, FloatArray]:
         loads, errors = [], []
         for term in terms:
             torque, error = _columns(term, rig, known.motion)
@@ -319,5 +319,6 @@ def _between(p: EffectParameter, value: float, share: float) -> float:
         return max(value + share * spread, p.low)
     if p.name == "frequency" and len(p.grid) > 12:
         return value + share * 0.02
-    ratio = (p.grid[-1] / p.grid[0]) ** (1.0 / max(len(p.grid) - 1, 1))
+    grid = np.array(p.grid)
+    ratio = float(grid[-1] / grid[0]) ** (1.0 / max(len(grid) - 1, 1))
     return min(max(value * ratio**share, max(p.low, 1e-9)), p.high)

@@ -22,6 +22,7 @@ from drill_env.diagnosis.extended import (
 )
 from drill_env.diagnosis.scan import Scored, ground_at, score_effects, score_shapes
 from drill_env.diagnosis.shapes import free_shapes
+from drill_env.diagnosis.slips import Slips, slips
 from drill_env.diagnosis.terms import Named, Shape, Term
 from drill_env.effects import Effect
 from drill_env.identification.coordinates import Coordinates
@@ -137,12 +138,14 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     named = [s for s in score_effects(ground, effects) if s.term.id not in present]
     shapes = score_shapes(ground, free_shapes(fit.motions))
     price = np.log(fit.count)
+    lost = [pair for pair in (slips(ground, 0), slips(ground, 1)) if pair is not None]
     hopeful = [
         s for s in (*named[:_WIDE], *shapes[:_WIDE_SHAPES]) if s.gain - s.numbers * price > -_SLACK
     ]
+    hopeful += [Scored(term, gain) for term, gain in lost if gain - len(term.q) * price > 0.0]
     looked = sorted((_first_look(setting, fit, s) for s in hopeful), key=lambda pair: -pair[0])
-    names = [t for _, t in looked if isinstance(t.source, Named)][:_TRIED]
-    free = [t for _, t in looked if isinstance(t.source, Shape)][:_TRIED_SHAPES]
+    names = [t for _, t in looked if is_named(t)][:_TRIED]
+    free = [t for _, t in looked if not is_named(t)][:_TRIED_SHAPES]
     done: list[Attempt] = []
     for term in (*names, *free):
         report(f"trying {term.id}")
@@ -157,8 +160,8 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     done.sort(key=lambda a: -a.criterion)
     return Round(
         fit, (*named, *shapes),
-        tuple(a for a in done if isinstance(a.term.source, Named)),
-        tuple(a for a in done if isinstance(a.term.source, Shape)),
+        tuple(a for a in done if is_named(a.term)),
+        tuple(a for a in done if not is_named(a.term)),
     )  # fmt: skip
 
 
@@ -229,6 +232,11 @@ def find(
         report(f"refining {chosen.term.id}")
         here = polished(setting, chosen.fit)
     return Found(setting, base, tuple(rounds), _backward(setting, here, base))
+
+
+def is_named(term: Term) -> bool:
+    """Whether a term stands for an effect of the library."""
+    return isinstance(term.source, (Named, Slips))
 
 
 def nameless(found: Round) -> bool:

@@ -1,13 +1,14 @@
 """The upper encoder reports late."""
 
 from drill_env._jit import kernel
+from drill_env.effects._delay import delayed
 from drill_env.effects._effect import Effect, amplitude
 
 
 @kernel
 def encoder_delay_upper(p, q, m, s, out):
     """theta_u(t - delay) - theta_u(t) on the reading."""
-    out.angle_u -= q[0] * (s.omega_u - 0.5 * q[0] * s.alpha_u)
+    out.angle_u += delayed(m, s, s.theta_u, s.omega_u, q[0]) - s.theta_u
 
 
 EFFECT = Effect(
@@ -15,7 +16,7 @@ EFFECT = Effect(
     component="sensor",
     equation="upper",
     depends_on="omega_u",
-    parameters=(amplitude("delay", "s", 0.005, most=0.5),),
+    parameters=(amplitude("delay", "s", 0.005, most=0.5, signed=False),),
     formula="theta_u(t - delay) - theta_u(t) on the reading",
     meaning="The upper encoder reports late.",
     kernel=encoder_delay_upper,
