@@ -1,4 +1,4 @@
-"""Train a PPO agent on the drill-string rig and put it on the table.
+r"""Train a PPO agent on the drill-string rig and put it on the table.
 
 The shipped agent with both encoders, some four minutes:
 
@@ -6,7 +6,9 @@ The shipped agent with both encoders, some four minutes:
 
 The shipped agent that sees the upper encoder alone:
 
-    python train.py --view surface --out runs/surface-ppo
+    python train.py --view surface --history 4 --episode-seconds 25 --gamma 0.99 \
+        --log-std-init -3 --learning-rate 0.0005 --batch-size 6400 --total-steps 16000000 \
+        --out runs/surface-ppo
 
 A look at how it runs, too short to learn the task:
 

@@ -29,13 +29,18 @@ from drill_env.benchmark.seeds import interquartile_mean, stratified_interval
 from drill_env.benchmark.summary import cell_summary
 
 ROOT = Path(__file__).resolve().parent.parent
+OPTIONS = {
+    "both": "",
+    "surface": "--view surface --history 4 --episode-seconds 25 --gamma 0.99 --log-std-init -3 "
+    "--learning-rate 0.0005 --batch-size 6400 --total-steps 16000000",
+}
 KEPT = ("vibration_free_share", "free_of_reachable", "t50_s", "t90_s", "worst_severity_index")
 
 
 def train(view: str, seed: int, folder: Path) -> None:
     if (folder / "agent.json").is_file():
         return
-    command = [sys.executable, str(ROOT / "train.py"), "--view", view, "--seed", str(seed)]
+    command = [sys.executable, str(ROOT / "train.py"), *OPTIONS[view].split(), "--seed", str(seed)]
     subprocess.run([*command, "--skip-table", "--out", str(folder)], check=True)
 
 

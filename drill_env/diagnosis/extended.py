@@ -11,7 +11,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.diagnosis.terms import Shape, Term, with_terms
+from drill_env.diagnosis.terms import Shape, Term, corrected, with_terms
 from drill_env.effects.along import Motion
 from drill_env.identification.coordinates import POSITIVE, Coordinates
 from drill_env.identification.noise import NoiseModel
@@ -366,12 +366,14 @@ def moved_starts(setting: Setting, here: Fit, term: Term) -> list[FloatArray]:
 
 def added(setting: Setting, here: Fit, term: Term) -> Fit:
     """The point with one more term."""
+    here = replace(here, motions=tuple(corrected(term, m) for m in here.motions))
     starts = moved_starts(setting, here, term)
     return evaluate(setting, here.vector, (*here.terms, term), here.noise, starts, here.motions)
 
 
 def gain_of(setting: Setting, here: Fit, term: Term) -> float:
     """Fall of minus twice the log likelihood when a term joins and all else stays."""
+    here = replace(here, motions=tuple(corrected(term, m) for m in here.motions))
     starts = moved_starts(setting, here, term)
 
     def change(job: tuple[Samples, FloatArray, FloatArray, Motion]) -> float:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import lfilter
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
@@ -14,6 +15,7 @@ from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.extended import Fit, Setting, motion_of
 from drill_env.diagnosis.terms import Term, with_terms
 from drill_env.effects.along import Motion
+from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_of_recording import settled_starts
 from drill_env.identification.prediction_error import Path, Samples, path_of
 from drill_env.identification.smoothing import smoothed
@@ -157,10 +159,10 @@ def noise_floor(
     extended = extended_rig(fit.rig, fit.terms)
     gaps: dict[str, list[FloatArray]] = {"free": [], "short": []}
     for given, j in zip(samples, judged, strict=True):
-        noisy = _with_noise(given, extended, fit, j, rng)
-        plain = j.free
-        gaps["free"].append(noisy - plain)
-        gaps["short"].append(_restarted(given, extended, noisy, j))
+        torque = _drawn(given, fit.noise, rng)
+        spans = np.unique(np.concatenate([given.restarts, _rows_each(given, HORIZON)]))
+        for which, rows in (("free", given.restarts), ("short", spans)):
+            gaps[which].append(_shaken(given, extended, torque, j.motion, rows))
     out: dict[str, dict[str, float]] = {}
     for which, parts in gaps.items():
         both = np.concatenate(parts)
@@ -171,41 +173,37 @@ def noise_floor(
     return out
 
 
-def _with_noise(
-    samples: Samples, rig: Rig, fit: Fit, judged: Judged, rng: np.random.Generator
-) -> FloatArray:
-    """A free run under drawn torque noise, entered as a voltage and a table of time."""
-    t = samples.t
-    dt = samples.recording.interval
-    torque = np.zeros((len(t), 2))
-    for disc, (size, tau) in enumerate(
-        ((fit.noise.torque_u, fit.noise.tau_u), (fit.noise.torque_l, fit.noise.tau_l))
-    ):
+def _drawn(samples: Samples, noise: NoiseModel, rng: np.random.Generator) -> FloatArray:
+    """One draw of the coloured torques, Nm, shape (n, 2)."""
+    n, dt = len(samples.t), samples.recording.interval
+    torque = np.zeros((n, 2))
+    pairs = ((noise.torque_u, noise.tau_u), (noise.torque_l, noise.tau_l))
+    for disc, (size, tau) in enumerate(pairs):
         decay = math.exp(-dt / tau)
-        shocks = rng.normal(0.0, size * math.sqrt(1.0 - decay**2), len(t))
-        value = rng.normal(0.0, size)
-        for k in range(len(t)):
-            torque[k, disc] = value
-            value = decay * value + shocks[k]
+        shocks = rng.normal(0.0, size * math.sqrt(1.0 - decay**2), n)
+        shocks[0] = rng.normal(0.0, size)
+        torque[:, disc] = lfilter([1.0], [1.0, -decay], shocks)
+    return torque
+
+
+def _shaken(
+    samples: Samples, rig: Rig, torque: FloatArray, motion: Motion, rows: IntArray
+) -> FloatArray:
+    """What drawn torques do to runs that begin anew at each of some rows, rad, shape (n, 2)."""
     table = {
         "id": "table", "component": "lower", "depends_on": "time", "sort": "torque",
-        "knots": t.tolist(), "values": torque[:, 1].tolist(),
+        "knots": samples.t.tolist(), "values": torque[:, 1].tolist(),
     }  # fmt: skip
     shaken = rig.replace(effects=(*rig.effects, table))
-    start = judged.motion.states[0, :4]
-    try:
-        angles = run_extended(shaken, t, samples.u + torque[:, 0] / rig.km, start)[1]
-    except (InputError, RuntimeError):
-        return np.full((len(t), 2), math.nan)
-    shift = np.nanmedian((angles - judged.free)[:1], axis=0)
-    return angles - (shift if np.isfinite(shift).all() else 0.0)
-
-
-def _restarted(samples: Samples, rig: Rig, noisy: FloatArray, judged: Judged) -> FloatArray:
-    """What a noisy run gains on a quiet one within 5 s, from the differences of the free runs."""
-    gap = noisy - judged.free
-    rows = _rows_each(samples, HORIZON)
-    out = gap.copy()
+    out = np.full((len(samples.t), 2), math.nan)
     for a, b in zip(rows.tolist(), [*rows[1:].tolist(), len(samples.t)], strict=True):
-        out[a:b] = gap[a:b] - gap[a]
+        part, start = slice(a, b), motion.states[a, :4]
+        if b - a < 2:
+            continue
+        t, u = samples.t[part], samples.u[part]
+        try:
+            quiet = run_extended(rig, t, u, start)[1]
+            out[part] = run_extended(shaken, t, u + torque[part, 0] / rig.km, start)[1] - quiet
+        except (InputError, RuntimeError):
+            continue
     return out

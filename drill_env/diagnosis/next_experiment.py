@@ -89,11 +89,13 @@ def _bent(fit: Fit, there: Fit) -> float:
 
 
 def _words(signal: Signal) -> str:
-    extra = {
-        "harmonic": f" of {signal.frequency:g} Hz around {signal.offset:g} V",
-        "steps": f" held for {signal.dwell:g} s",
-        "chirp": f" up to {signal.frequency_end:g} Hz",
-    }.get(signal.kind, "")
+    extra = ""
+    if signal.kind == "harmonic":
+        extra = f" of {signal.frequency:g} Hz around {signal.offset:g} V"
+    elif signal.kind == "steps":
+        extra = f" held for {signal.dwell:g} s"
+    elif signal.kind == "chirp":
+        extra = f" up to {signal.frequency_end:g} Hz"
     return f"a {signal.kind} voltage{extra} for {signal.seconds:g} s"
 
 

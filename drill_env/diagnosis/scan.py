@@ -11,7 +11,7 @@ import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.extended import THREADS, Fit, Setting, whitened
-from drill_env.diagnosis.terms import Named, Shape, Term, with_terms
+from drill_env.diagnosis.terms import Named, Shape, Term, corrected, with_terms
 from drill_env.effects import Effect, EffectParameter
 from drill_env.effects.along import Motion
 from drill_env.identification.prediction_error import Path, Samples, path_of
@@ -166,7 +166,7 @@ def _columns(term: Term, rig, motion: Motion) -> tuple[FloatArray, FloatArray]: 
         for i, p in enumerate(effect.parameters):
             if p.role == "phase":
                 q[i] = turn
-        torque, error = term.source.response(q, rig, motion)
+        torque, error = term.source.response(q, rig, corrected(Term(term.source, q), motion))
         loads.append(torque)
         errors.append(error)
     return np.stack(loads, axis=2), np.stack(errors, axis=2)

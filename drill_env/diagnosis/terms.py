@@ -145,6 +145,29 @@ class Term:
         return loads, errors
 
 
+_LATE = {"encoder_delay_upper": 0, "encoder_delay_lower": 1}
+
+
+def corrected(term: Term, motion: Motion) -> Motion:
+    """The motion behind readings that are late, when it was told by the late readings.
+
+    Other errors of the readings depend on the angle itself and hardly change with it.
+    """
+    disc = _LATE.get(term.id)
+    if disc is None or not isinstance(term.source, Named):
+        return motion
+    ahead = motion.t + float(term.q[0])
+    states = motion.states.copy()
+    angle = states[:, 3] if disc else states[:, 3] + states[:, 0]
+    angle = np.interp(ahead, motion.t, angle)
+    for column in (1 + disc, 4 + disc):
+        states[:, column] = np.interp(ahead, motion.t, states[:, column])
+    upper = states[:, 3] + states[:, 0] if disc else angle
+    lower = angle if disc else states[:, 3]
+    states[:, 0], states[:, 3] = upper - lower, lower
+    return replace(motion, states=states)
+
+
 def with_terms(samples: Samples, terms: tuple[Term, ...], rig: Rig, motion: Motion) -> Samples:
     """The recording as the filter reads it when the terms are known."""
     loads, angles = samples.loads.copy(), samples.angles.copy()

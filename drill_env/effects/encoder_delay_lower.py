@@ -2,7 +2,7 @@
 
 from drill_env._jit import kernel
 from drill_env.effects._delay import delayed
-from drill_env.effects._effect import Effect, amplitude
+from drill_env.effects._effect import Effect, shape
 
 
 @kernel
@@ -16,7 +16,22 @@ EFFECT = Effect(
     component="sensor",
     equation="lower",
     depends_on="omega_l",
-    parameters=(amplitude("delay", "s", 0.005, most=0.5, signed=False),),
+    parameters=(
+        shape(
+            "delay",
+            "s",
+            (
+                0.01,
+                0.02,
+                0.03,
+                0.05,
+                0.08,
+                0.12,
+            ),
+            low=0.0,
+            high=0.5,
+        ),
+    ),
     formula="theta_l(t - delay) - theta_l(t) on the reading",
     meaning="The lower encoder reports late.",
     kernel=encoder_delay_lower,

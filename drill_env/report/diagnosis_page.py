@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, PackageLoader
 
 from drill_env._types import FloatArray
-from drill_env.diagnosis.belief import probabilities, significant
 from drill_env.diagnosis.diagnose import Diagnosis
-from drill_env.diagnosis.result import DiagnosisResult, Number
-from drill_env.diagnosis.search import NEEDED, Round
-from drill_env.diagnosis.terms import Named, Term
+from drill_env.diagnosis.search import NEEDED
+from drill_env.diagnosis.slips import Slips
+from drill_env.report._diagnosis_rows import (
+    ANGLES,
+    effect_rows,
+    error_rows,
+    likelihood_rows,
+    located_rows,
+    names_of,
+    noise_rows,
+    number_text,
+    parameter_rows,
+    ranking_rows,
+)
 from drill_env.report.diagnosis_evidence import Evidence, evidence, latent_torques
 from drill_env.report.diagnosis_figures import (
     errors_figure,
@@ -30,9 +38,8 @@ _VERDICTS = {
     "missing_physics": ("bad", "Physics is missing from the model"),
     "unexplained": ("bad", "Something is missing that has no name"),
 }
-_ANGLES = ("theta_u", "theta_l")
-_MOST_RECORDINGS, _MOST_ROWS = 4, 8
-_NOTHING, _LAW = "nothing", "friction_shape"
+_MOST_RECORDINGS = 4
+_LAW = "friction_shape"
 
 
 def diagnosis_page(found: Diagnosis) -> str:
@@ -50,57 +57,26 @@ def diagnosis_page(found: Diagnosis) -> str:
     seen = [evidence(found.found, term, left) for term in final.terms]
     tone, title = _VERDICTS[result.verdict]
     return page.render(
-        result=result, tone=tone, title=title, names=_names(result),
-        located=_located_rows(result), recordings=_recordings(found, left, seen),
-        laws=[{"id": e.term.id, "figure": law_figure(e, i), "seen": e} for i, e in enumerate(seen)],
+        result=result, tone=tone, title=title, names=names_of(result),
+        located=located_rows(result), recordings=_recordings(found, left, seen),
+        laws=_laws(seen),
         friction=friction_figure(found.found, found.start, left) if final.rig.inertias == 2 else "",
         new_law=any(effect.id == _LAW for effect in result.effects),
-        effects=[_effect(e.parameters) for e in result.effects],
-        rounds=[_ranking(r, final.terms) for r in found.found.rounds], needed=_number(NEEDED),
-        errors=_errors(result), likelihoods=_likelihoods(result), held=_held_out(found),
-        parameters=_parameters(found), noise=_noise(result), most=_MOST_RECORDINGS,
+        effects=[effect_rows(e.parameters) for e in result.effects],
+        rounds=[ranking_rows(r, final.terms) for r in found.found.rounds],
+        needed=number_text(NEEDED),
+        errors=error_rows(result), likelihoods=likelihood_rows(result), held=_held_out(found),
+        parameters=parameter_rows(result), noise=noise_rows(result), most=_MOST_RECORDINGS,
     )  # fmt: skip
 
 
-def _number(value: float | None, digits: int = 4) -> str:
-    return "–" if value is None else f"{value:.{digits}g}"
-
-
-def _between(low: float, high: float) -> str:
-    return f"{low:.4g} … {high:.4g}"
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")
-
-
-def _names(result: DiagnosisResult) -> str:
-    if result.shape is not None:
-        return f"a {result.shape.sort} that depends on {result.shape.coordinate}"
-    return " and ".join(_words(effect.id) for effect in result.effects)
-
-
-def _located_rows(result: DiagnosisResult) -> list[tuple[str, str]]:
-    where = result.located
-    if where is None:
-        return []
-    rows = [
-        ("component", where.component),
-        ("equation of motion", {"both": "both discs"}.get(where.equation, f"{where.equation} disc")),
-        ("depends on", where.depends_on),
+def _laws(seen: list[Evidence]) -> list[dict[str, Any]]:
+    # Counts lost at single moments are a function of no coordinate.
+    lasting = [e for e in seen if not isinstance(e.term.source, Slips)]
+    return [
+        {"id": e.term.id, "figure": law_figure(e, i), "senses": e.senses}
+        for i, e in enumerate(lasting)
     ]
-    if where.angle_order is not None:
-        rows.append(("cycles a turn", _number(where.angle_order)))
-    if where.frequency_hz is not None:
-        rows.append(("frequency", f"{_number(where.frequency_hz)} Hz"))
-    rows += [(f"strong at {k}", _between(*v[:2])) for k, v in where.region.items()]
-    for disc in ("upper", "lower"):
-        torque, angle = where.excess_torque_rms_Nm[disc], where.excess_angle_rms_rad[disc]
-        if torque:
-            rows.append((f"torque on the {disc} disc", f"{_number(torque, 3)} Nm rms"))
-        if angle:
-            rows.append((f"misreading of the {disc} encoder", f"{_number(angle, 3)} rad rms"))
-    return rows
 
 
 def _recordings(
@@ -119,74 +95,9 @@ def _recordings(
     return rows
 
 
-def _effect(numbers: Mapping[str, Number]) -> list[dict[str, str]]:
-    return [
-        {
-            "name": name,
-            "value": _number(n.value),
-            "between": _between(n.low, n.high),
-            "unit": "" if n.unit == "1" else n.unit,
-        }
-        for name, n in numbers.items()
-    ]
-
-
-def _ranking(found: Round, kept: tuple[Term, ...]) -> list[dict[str, Any]]:
-    """Candidates of one search, most probable first."""
-    chances = probabilities(found)
-    names = {term.id for term in kept}
-    rows = [{"id": _NOTHING, "what": "the model as it is", "chance": chances["none"], "gain": ""}]
-    for attempt in (*found.named, *found.shapes):
-        source = attempt.term.source
-        what = (
-            source.effect.meaning
-            if isinstance(source, Named)
-            else f"a free {source.sort} over {source.depends_on}"
-        )
-        row = {"id": attempt.term.id, "what": what, "chance": chances[attempt.term.id]}
-        rows.append({**row, "gain": f"{attempt.criterion:.0f}"})
-    best = sorted(rows, key=lambda row: -row["chance"])[:_MOST_ROWS]
-    for row in best:
-        row["percent"] = f"{100 * row['chance']:.1f}"
-        row["kept"] = row["id"] in names
-    return best
-
-
-def _errors(result: DiagnosisResult) -> list[dict[str, str]]:
-    rows = []
-    for key, what in (("five_second_prediction", "5 s prediction"), ("holdout", "free run")):
-        for name in _ANGLES:
-            errors = result.fit.get(key, {}).get(name)
-            if errors is None:
-                continue
-            before, after, floor = (errors[k] for k in ("before_rms", "after_rms", "floor_rms"))
-            row = {"what": what, "channel": name, "closed": _closed(before, after, floor)}
-            rows.append(
-                row | {"before": _number(before, 3), "after": _number(after, 3),
-                       "floor": _number(floor, 3)}
-            )  # fmt: skip
-    return rows
-
-
-def _closed(before: float | None, after: float | None, floor: float | None) -> str:
-    """Share of what stood above the noise that is gone."""
-    if before is None or after is None or floor is None or before <= 1.05 * floor:
-        return "–"
-    return f"{100 * min((before - after) / (before - floor), 1.0):.0f} %"
-
-
-def _likelihoods(result: DiagnosisResult) -> list[dict[str, str]]:
-    rows = []
-    for key, what in (("fitted", "fitted recordings"), ("holdout", "held-out recordings")):
-        values = result.fit.get(key, {}).get("log_likelihood")
-        if values is not None:
-            rows.append({"what": what, **{k: f"{v:.0f}" for k, v in values.items()}})
-    return rows
-
-
 def _held_out(found: Diagnosis) -> list[dict[str, Any]]:
     short = found.result.fit.get("five_second_prediction", {})
-    floors = [short.get(name, {}).get("floor_rms") for name in _ANGLES]
+    floors = [short.get(name, {}).get("floor_rms") for name in ANGLES]
     pairs = zip(found.holdout, found.before, found.after, strict=True)
     return [
         {
@@ -196,39 +107,4 @@ def _held_out(found: Diagnosis) -> list[dict[str, Any]]:
         }
         for i, (source, before, after) in enumerate(pairs)
         if i < _MOST_RECORDINGS
-    ]
-
-
-def _parameters(found: Diagnosis) -> list[dict[str, Any]]:
-    units = {item.name: item.metadata.get("unit", "") for item in fields(found.start)}
-    changed = found.result.parameters_changed
-    moved = set(significant(changed))
-    return [
-        {
-            "name": name,
-            "before": _number(c.before),
-            "after": _number(c.after),
-            "between": _between(c.low, c.high),
-            "unit": units.get(name, ""),
-            "moved": name in moved,
-        }
-        for name, c in changed.items()
-    ]
-
-
-_NOISE = {
-    "torque_u": ("torque on the upper disc", "Nm"),
-    "torque_l": ("torque on the lower disc", "Nm"),
-    "tau_u": ("correlation time of the upper torque", "s"),
-    "tau_l": ("correlation time of the lower torque", "s"),
-    "encoder_u": ("upper encoder", "rad"),
-    "encoder_l": ("lower encoder", "rad"),
-}
-
-
-def _noise(result: DiagnosisResult) -> list[dict[str, str]]:
-    return [
-        {"what": what, "value": _number(result.noise[key], 3), "unit": unit}
-        for key, (what, unit) in _NOISE.items()
-        if key in result.noise
     ]

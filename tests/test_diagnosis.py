@@ -1,0 +1,106 @@
+"""The detective on recordings of a plant that shares no code with the package."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from benchmarks.concealed.recordings import Hidden, Truth, make_recording
+from benchmarks.rig_maker import quasi_random
+from drill_env import InputError, Rig
+from drill_env.diagnosis.diagnose import diagnose
+from drill_env.diagnosis.options import DiagnosisOptions
+from drill_env.effects import LIBRARY
+from drill_env.parameters import SYMBOLS
+from drill_env.recordings import Recording
+
+SECONDS, RATE, COUNTS = 30.0, 200.0, 8192
+RIG = Rig().replace(km=3.66, bu=2.03, ktheta=0.0765, Tsl=0.0096, beta1=6.5)
+
+
+def recordings(hidden, seed, count=3):
+    truth = Truth({name: getattr(RIG, name) for name in SYMBOLS}, tuple(hidden))
+    made = []
+    for i in range(count):
+        u = quasi_random(np.random.default_rng([seed, i]), SECONDS, RATE, 5.0)
+        made.append(make_recording(truth, u, (seed, i)))
+    step = 2 * math.pi / COUNTS
+    return [
+        Recording(
+            m.t, m.u, m.angles[:, 0], m.angles[:, 1],
+            quanta={"theta_u": step, "theta_l": step}, source=f"made-{i}",
+        )
+        for i, m in enumerate(made)
+    ]  # fmt: skip
+
+
+def test_nothing_is_missing_from_a_rig_with_other_parameters():
+    *fit, held = recordings([], 1)
+    found = diagnose(fit, Rig(), [held]).result
+    assert found.verdict == "consistent" and found.effects == [] and found.shape is None
+    change = found.parameters_changed["km"]
+    # Ju is given and the same in both.
+    assert change.low < RIG.km < change.high and not change.low < change.before < change.high
+    given = diagnose(fit, Rig(), [held], options=DiagnosisOptions(given_rig=True)).result
+    assert given.verdict == "parameters"
+
+
+@pytest.fixture(scope="module")
+def unbalanced():
+    return recordings([Hidden("unbalance", {"torque": 0.01, "phase": 0.7})], 2)
+
+
+def test_a_concealed_unbalance_is_named_located_and_modelled(unbalanced):
+    *fit, held = unbalanced
+    found = diagnose(fit, Rig(), [held])
+    result = found.result
+    assert result.verdict == "missing_physics"
+    assert [effect.id for effect in result.effects] == ["unbalance"]
+    assert result.located is not None
+    assert (result.located.component, result.located.depends_on) == ("lower", "theta_l")
+    assert result.located.angle_order == 1
+    torque = result.effects[0].parameters["torque"]
+    assert torque.low < 0.01 < torque.high and torque.high - torque.low < 1e-3
+    errors = result.fit["five_second_prediction"]["theta_l"]
+    assert errors["after_rms"] < 2.0 * errors["floor_rms"] < 0.5 * errors["before_rms"]
+    assert found.rig.effects[0]["id"] == "unbalance"
+
+
+def test_without_its_name_the_shape_is_shown(unbalanced):
+    *fit, held = unbalanced
+    options = DiagnosisOptions(leave_out=("unbalance", "brake_runout"))
+    result = diagnose(fit, Rig(), [held], options=options).result
+    assert result.verdict == "unexplained"
+    assert result.located is not None and result.located.depends_on == "theta_l"
+    assert result.shape is not None and result.shape.coordinate == "theta_l"
+    values = np.array(result.shape.values)
+    first = abs(np.fft.rfft(values)[1]) * 2 / len(values)
+    assert first == pytest.approx(0.01, rel=0.1)
+
+
+def test_the_same_recordings_give_the_same_answer(unbalanced):
+    short = [r.part(0, 2000) for r in unbalanced[:1]]
+    options = DiagnosisOptions(leave_out=tuple(n for n in LIBRARY if n != "unbalance"), most=1)
+    once, again = (diagnose(short, Rig(), options=options).result.as_dict() for _ in range(2))
+    assert once == again
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (dict(recordings=[]), "at least one recording"),
+        (dict(rig=Rig(effects=({"id": "unbalance", "torque": 0.1, "phase": 0.0},))), "effects"),
+    ],
+)
+def test_bad_arguments_are_named(unbalanced, arguments, named):
+    call = {"recordings": unbalanced[:1], "rig": Rig(), **arguments}
+    with pytest.raises(InputError, match=named):
+        diagnose(call["recordings"], call["rig"])
+
+
+@pytest.mark.parametrize("options", [dict(leave_out=("gremlins",)), dict(most=-1)])
+def test_bad_options_are_named(options):
+    with pytest.raises(InputError, match=next(iter(options)).split("_")[0]):
+        DiagnosisOptions(**options)
