@@ -29,12 +29,13 @@ export NO_MKDOCS_2_WARNING := 1
 .DEFAULT_GOAL := help
 # The closing lines of `make test` must be those of pytest, with -j too.
 .NOTPARALLEL:
-.PHONY: help demo test bench lint type docs warm tests format setup clean
+.PHONY: help demo test bench proof lint type docs warm tests format setup clean
 
 help:
 	@echo "make demo    install, then run the main job; results in ./$(OUT)"
 	@echo "make test    install, then check style and types, build the docs, run all tests"
 	@echo "make bench   install the peers too, then measure beside them"
+	@echo "make proof   conceal effects, diagnose, score; coverage of intervals (hours; resumable)"
 	@echo "make setup   install for development only (.venv)"
 	@echo "make format lint type docs tests   one step each"
 	@echo "make clean   remove everything that can be made again, .venv included"
@@ -47,6 +48,19 @@ test: lint type docs tests
 
 bench: $(READY_BENCH) warm
 	$(BIN)/python -m benchmarks
+
+# Seeds from a million on are the proof's: once a release, never while developing.
+PROOF_SEED ?= 1000000
+PROOF_CASES ?= --kinds single:200 --kinds null:100 --kinds pair:60 --kinds out:60 --kinds shape:20
+
+proof: $(READY_DEV) warm
+	$(BIN)/python -m benchmarks.concealed.make --seed $(PROOF_SEED) $(PROOF_CASES) \
+	  --out $(OUT)/proof/cases --answers $(OUT)/proof/answers
+	$(BIN)/python -m benchmarks.concealed.run --cases $(OUT)/proof/cases \
+	  --out $(OUT)/proof/reports --jobs $(JOBS)
+	$(BIN)/python -m benchmarks.concealed.score --reports $(OUT)/proof/reports \
+	  --answers $(OUT)/proof/answers --out $(OUT)/proof/score
+	$(BIN)/python -m benchmarks.identification_study --trials 100 --out $(OUT)/proof/coverage
 
 setup: $(READY_DEV)
 
@@ -68,6 +82,9 @@ docs: $(READY_DEV)
 warm: $(READY)
 	$(BIN)/python -c "import drill_env as d, drill_env.integrator as i; \
 	  i.simulate(d.Rig(), 3.5, 1.0, sensitivity=True)"
+	$(BIN)/python -c "import numpy as n, drill_env as d; from drill_env.integrator.extended import \
+	  run_extended as r; r(d.Rig(effects=({'id': 'unbalance', 'torque': 0.01, 'phase': 0.0},)), \
+	  n.linspace(0, 1, 11), n.ones(11), n.zeros(4))"
 
 tests: $(READY_DEV) warm
 	$(BIN)/python -m pytest -q -n $(JOBS)

@@ -9,7 +9,7 @@ import numpy as np
 
 from drill_env.diagnosis.extended import Fit, Setting
 from drill_env.diagnosis.result import Change, Number
-from drill_env.diagnosis.search import NEEDED, Round
+from drill_env.diagnosis.search import NEEDED, Round, clearly
 from drill_env.diagnosis.terms import Shape, Term
 from drill_env.identification.coordinates import inverse
 from drill_env.parameters import Rig
@@ -31,8 +31,11 @@ def probabilities(found: Round) -> dict[str, float]:
         found: one round of the search.
     """
     evidence = {"none": NEEDED}
-    for attempt in (*found.named, *found.shapes):
-        evidence[attempt.term.id] = max(attempt.criterion, -1e4)
+    for attempt in found.named:
+        evidence[attempt.term.id] = attempt.criterion
+    for attempt in found.shapes:
+        # A shape bends to anything: it must explain clearly more than a name.
+        evidence[attempt.term.id] = attempt.criterion - clearly(attempt.criterion)
     most = max(evidence.values())
     weights = {k: math.exp((v - most) / (2.0 * _warmth(most))) for k, v in evidence.items()}
     total = sum(weights.values())
@@ -94,6 +97,8 @@ def rivals(found: Sequence[Round], chosen: str) -> list[tuple[str, float, float]
     if not found:
         return []
     first = found[0]
+    if first.best is None or first.best.criterion < NEEDED:
+        return []
     chances = probabilities(first)
     best = max((a.criterion for a in (*first.named, *first.shapes)), default=0.0)
     both = sorted((*first.named, *first.shapes), key=lambda a: -a.criterion)

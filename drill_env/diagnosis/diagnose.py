@@ -21,6 +21,7 @@ from drill_env.diagnosis.next_experiment import next_experiment
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.result import (
     Alternative,
+    Change,
     DiagnosisResult,
     Located,
     NamedEffect,
@@ -39,6 +40,8 @@ from drill_env.recordings import Recording
 
 Report = Callable[[str], None]
 _ANGLES = ("theta_u", "theta_l")
+# A name that leaves over more than this share of its gain is doubted.
+_LEFT_OVER = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,7 +135,9 @@ def _judged(
     while held and found.final.terms and not isinstance(found.final.terms[-1].source, Slips):
         fewer = trimmed(found)
         alone = tuple(judge(s, fewer.setting, fewer.final) for s in held)
-        if sum(j.value for j in after) < sum(j.value for j in alone) - 2.0:
+        likelier = sum(j.value for j in after) < sum(j.value for j in alone) - 2.0
+        nearer = any(rms(after, "short", i) < 0.9 * rms(alone, "short", i) for i in range(2))
+        if likelier or nearer:
             break
         found, after = fewer, alone
     return found, before, after
@@ -147,7 +152,7 @@ def _result(
     changed = changes(setting, final, start, seed=options.seed)
     effects = _effects(found, base, new_law, faults)
     shaped = [t for t in final.terms if not is_named(t)]
-    verdict = _verdict(effects, shaped, changed, options)
+    verdict = _verdict(found, effects, shaped, changed, options)
     leading = final.terms[0] if final.terms else None
     located = locate(setting, final, leading) if leading is not None else _law_located(effects)
     chosen = effects[0].id if effects else (shaped[0].id if shaped else "")
@@ -168,15 +173,23 @@ def _result(
 
 
 def _verdict(
-    effects: list[NamedEffect], shaped: list[Term], changed: dict, options: DiagnosisOptions
-) -> Verdict:
-    if shaped:
+    found: Found, effects: list[NamedEffect], shaped: list[Term], changed: dict[str, Change],
+    options: DiagnosisOptions,
+) -> Verdict:  # fmt: skip
+    if shaped and not (effects and _beside(found)):
         return "unexplained"
     if effects:
         return "missing_physics"
     if options.given_rig and significant(changed):
         return "parameters"
     return "consistent"
+
+
+def _beside(found: Found) -> bool:
+    """Whether a shape is only what a named effect leaves over."""
+    if len(found.rounds) < 2 or not found.rounds[0].named or not found.rounds[1].shapes:
+        return False
+    return found.rounds[1].shapes[0].criterion < _LEFT_OVER * found.rounds[0].named[0].criterion
 
 
 def _law_located(effects: list[NamedEffect]) -> Located | None:

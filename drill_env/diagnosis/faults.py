@@ -15,6 +15,8 @@ from drill_env.recordings import Recording
 
 _CERTAIN = 8.0
 _SLOWEST = 0.5
+# Clocks jitter a little: what does not stand out of the rounding is no finding.
+_NOTABLE = 0.7
 _STALE_SPEED = 5.0
 _FEWEST = 5
 
@@ -50,7 +52,7 @@ def find_faults(setting: Setting, fit: Fit) -> list[Fault]:
 
 def _jitter(setting: Setting, fit: Fit) -> Fault | None:
     """Both encoders misread by their speeds times one and the same error of time."""
-    total, weight, spread = 0.0, 0.0, 0.0
+    total, weight, spread, fastest = 0.0, 0.0, 0.0, 0.0
     for samples, starts, motion in zip(setting.samples, fit.starts, fit.motions, strict=True):
         given = with_terms(samples, fit.terms, fit.rig, motion)
         path = path_of(given, fit.rig, fit.noise, starts, setting.robust)
@@ -59,6 +61,7 @@ def _jitter(setting: Setting, fit: Fit) -> Fault | None:
         ok = (variance > 0).all(axis=1) & (np.abs(speed) > _SLOWEST).all(axis=1)
         if not ok.any():
             continue
+        fastest = max(fastest, float(np.sqrt(np.mean(speed[ok] ** 2))))
         # E[gap_u gap_l] = omega_u omega_l sigma_t^2 when time is uncertain, 0 otherwise.
         product = gap[ok, 0] * gap[ok, 1]
         scale = np.sqrt(variance[ok, 0] * variance[ok, 1])
@@ -70,7 +73,8 @@ def _jitter(setting: Setting, fit: Fit) -> Fault | None:
     if weight <= 0.0 or spread <= 0.0:
         return None
     variance_t, score = total / weight, total / math.sqrt(spread)
-    if score < _CERTAIN or variance_t <= 0.0:
+    rounding = min(fit.noise.encoder_u, fit.noise.encoder_l)
+    if score < _CERTAIN or math.sqrt(max(variance_t, 0.0)) * fastest < _NOTABLE * rounding:
         return None
     deviation = math.sqrt(spread) / weight
     low, high = (math.sqrt(max(variance_t + k * deviation, 0.0)) for k in (-1.96, 1.96))

@@ -167,8 +167,11 @@ def noise_floor(
     for which, parts in gaps.items():
         both = np.concatenate(parts)
         encoder = np.array([fit.noise.encoder_u, fit.noise.encoder_l])
-        with np.errstate(over="ignore", invalid="ignore"):
-            size = np.sqrt(np.nanmean(both**2, axis=0) + encoder**2)
+        size = np.full(2, math.nan)
+        for disc in range(2):
+            known = both[np.isfinite(both[:, disc]), disc]
+            if len(known):
+                size[disc] = math.sqrt(float(np.mean(known**2)) + encoder[disc] ** 2)
         out[which] = dict(zip(_ANGLES, size.tolist(), strict=True))
     return out
 
@@ -194,7 +197,7 @@ def _shaken(
         "id": "table", "component": "lower", "depends_on": "time", "sort": "torque",
         "knots": samples.t.tolist(), "values": torque[:, 1].tolist(),
     }  # fmt: skip
-    shaken = rig.replace(effects=(*rig.effects, table))
+    shaken = rig if rig.inertias == 1 else rig.replace(effects=(*rig.effects, table))
     out = np.full((len(samples.t), 2), math.nan)
     for a, b in zip(rows.tolist(), [*rows[1:].tolist(), len(samples.t)], strict=True):
         part, start = slice(a, b), motion.states[a, :4]

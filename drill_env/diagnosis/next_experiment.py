@@ -109,4 +109,4 @@ def _command(signal: Signal) -> str:
         options.append(f"--frequency-end {signal.frequency_end:g}")
     if signal.kind == "steps":
         options.append(f"--dwell {signal.dwell:g}")
-    return f"drill-env signal {signal.kind} {' '.join(options)}"
+    return f"drill-env signal {signal.kind} {' '.join(options)} --out play.csv"

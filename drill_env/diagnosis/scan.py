@@ -91,9 +91,10 @@ def ground_at(setting: Setting, fit: Fit) -> Ground:
         shared = whitened(given, setting, fit.rig, jacobian, fit.terms, fit.noise, path, motion)
         used = path.rows["weight"] > 0
         own = path.rows["slopes"][:, :, len(SYMBOLS) :][used]
-        # Every restart has its own starts; a hundredth of their spread is what stays unknown.
         own = _by_window(own, used, samples)
-        gram = own.T @ own + 1e-6 * np.eye(own.shape[1])
+        gram = own.T @ own
+        # A start that is known moves nothing.
+        gram += np.diag(1e-9 * np.diag(gram) + (np.diag(gram) == 0.0))
         shared_used = shared[used]
         solved = np.asarray(np.linalg.solve(gram, own.T), dtype=np.float64)
         shared_used = shared_used - own @ (solved @ shared_used)
@@ -111,7 +112,7 @@ def ground_at(setting: Setting, fit: Fit) -> Ground:
     parts = tuple(k for k, _ in found)
     m = len(fit.gradient)
     information = sum(k.nuisance[:, :m].T @ k.nuisance[:, :m] for k in parts)
-    scale = 1.0 / np.sqrt(np.diag(information) + 1e-300)
+    scale = 1.0 / np.sqrt(np.where(np.diag(information) > 0.0, np.diag(information), 1.0))
     scaled = information * np.outer(scale, scale) + 1e-9 * np.eye(m)
     cross = np.linalg.inv(scaled) * np.outer(scale, scale)
     count = sum(len(k.white) for k in parts)

@@ -41,6 +41,8 @@ _BASE_ROUNDS, _TRY_ROUNDS, _LAST_ROUNDS = 25, 6, 15
 _FIRST_ROUNDS = 2
 # Rounds more for candidates whose gain is not below this share of the best one's, and how many.
 _HEATS = ((4, 0.3, 6), (10, 0.5, 3))
+# By this share more must a free shape explain before a name gives way to it.
+_NAMELESS = 0.15
 # Scores fall short of the gain that a fit with its noise reaches.
 _SLACK = 15.0
 
@@ -136,7 +138,7 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     ground = ground_at(setting, fit)
     present = {term.id for term in fit.terms}
     named = [s for s in score_effects(ground, effects) if s.term.id not in present]
-    shapes = score_shapes(ground, free_shapes(fit.motions))
+    shapes = score_shapes(ground, free_shapes(fit.motions, fit.rig.inertias))
     price = np.log(fit.count)
     lost = [pair for pair in (slips(ground, 0), slips(ground, 1)) if pair is not None]
     hopeful = [
@@ -217,7 +219,7 @@ def find(
     """
     report("fitting the rig alone")
     setting, base = base_fit(samples, rig, free)
-    here, rounds = base, []
+    here, shaped, rounds = base, None, []
     for _ in range(most):
         found = search(setting, here, effects, report)
         rounds.append(found)
@@ -225,13 +227,24 @@ def find(
         if best is None or best.criterion < NEEDED:
             break
         chosen = found.named[0] if found.named else None
-        # A free shape stands in only where no name comes near.
-        if chosen is None or chosen.criterion < NEEDED or nameless(found):
-            here = polished(setting, best.fit)
+        hopeless = chosen is None or chosen.criterion < NEEDED
+        if hopeless or nameless(found):
+            # A free shape stands in only where no name, nor two names together, come near.
+            rival = polished(setting, best.fit)
+            shaped = rival if shaped is None or rival.bic < shaped.bic else shaped
+        if chosen is None or hopeless:
             break
         report(f"refining {chosen.term.id}")
         here = polished(setting, chosen.fit)
+    named = base.bic - here.bic
+    if shaped is not None and base.bic - shaped.bic > named + clearly(named):
+        here = shaped
     return Found(setting, base, tuple(rounds), _backward(setting, here, base))
+
+
+def clearly(gain: float) -> float:
+    """By how much more a free shape must explain than a name that explains this much."""
+    return max(NEEDED, _NAMELESS * abs(gain))
 
 
 def is_named(term: Term) -> bool:
@@ -245,7 +258,7 @@ def nameless(found: Round) -> bool:
         return False
     shape = found.shapes[0].criterion
     name = found.named[0].criterion if found.named else 0.0
-    return shape > NEEDED and shape > name + max(NEEDED, 0.15 * abs(shape))
+    return shape > NEEDED and shape > name + clearly(name)
 
 
 def _backward(setting: Setting, fit: Fit, base: Fit) -> Fit:

@@ -116,11 +116,12 @@ def _functions(
     return knots, lambda values: hats(values, knots)
 
 
-def free_shapes(motions: Sequence[Motion]) -> tuple[Shape, ...]:
+def free_shapes(motions: Sequence[Motion], inertias: int = 2) -> tuple[Shape, ...]:
     """The shapes that recordings of these motions can tell.
 
     Args:
         motions: of the fitted recordings; they set the range of each coordinate.
+        inertias: of the rig; of one there is the upper disc alone.
     """
     made = []
     forms = {name: _functions(name, motions) for name in COORDINATES}
@@ -155,4 +156,11 @@ def free_shapes(motions: Sequence[Motion]) -> tuple[Shape, ...]:
                 Shape(f"error_{letter}_of_{name}", "sensor", name, "error", tuple(knots),
                       _misread(name, disc, functions))
             )  # fmt: skip
+    if inertias == 1:
+        upper = ("time", "voltage", "theta_u", "omega_u")
+        made = [
+            s
+            for s in made
+            if s.depends_on in upper and (s.component == "upper" or s.id.startswith("error_u"))
+        ]
     return tuple(made)

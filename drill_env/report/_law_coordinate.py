@@ -38,7 +38,7 @@ def law_coordinate(term: Term, motions: tuple[Motion, ...]) -> tuple[str, list[F
         return f"phase at {cycles:.4g} Hz [rad]", [np.mod(TURN * cycles * v, TURN) for v in values]
     disc = "upper" if name == "theta_u" else "lower"
     words = f"angle of the {disc} disc within a turn [rad]"
-    if cycles != 1.0:
+    if f"{cycles:.4g}" != "1":
         words = f"{cycles:.4g} times the angle of the {disc} disc, phase [rad]"
     return words, [np.mod(cycles * v, TURN) for v in values]
 

@@ -59,7 +59,7 @@ def diagnosis_page(found: Diagnosis) -> str:
     return page.render(
         result=result, tone=tone, title=title, names=names_of(result),
         located=located_rows(result), recordings=_recordings(found, left, seen),
-        laws=_laws(seen),
+        laws=_laws(seen), leading=("error" if seen[0].senses else "torque") if seen else "",
         friction=friction_figure(found.found, found.start, left) if final.rig.inertias == 2 else "",
         new_law=any(effect.id == _LAW for effect in result.effects),
         effects=[effect_rows(e.parameters) for e in result.effects],

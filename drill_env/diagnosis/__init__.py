@@ -1,0 +1,1 @@
+"""The detective: what a rig's model leaves out of recordings."""
