@@ -125,6 +125,7 @@ JSON = {
     "simulate": ["simulate", "--volts", "3.5", "--seconds", "1", "--out", "s.csv"],
     "replay": ["replay", "r.csv"],
     "compare": ["compare", "--controllers", "pi", "--out", "c", "--setpoints", "0.5,9", *QUICK[2:]],
+    "agent": ["compare", "--controllers", "pi", "--agent", "surface-ppo", "--out", "c", *QUICK],
 }
 
 
@@ -182,8 +183,12 @@ BAD = {
     "ending": ([*CONSTANT, "--out", "x.xls"], ["x.xls", ".parquet"]),
     "controller": ([*COMPARE, "--controllers", "pid"], ["pid", "known: open-loop, pi"]),
     "no controller": ([*COMPARE, "--controllers", ""], ["--controllers", "--agent"]),
-    "no agent": ([*COMPARE, "--agent", "none"], ["none", "train.py"]),
+    "no agent": ([*COMPARE, "--agent", "none"], ["none", "train.py", "encoders-ppo"]),
     "bad agent": ([*COMPARE, "--agent", "broken"], ["broken", "agent.json", "train it again"]),
+    "agent twice": (
+        [*COMPARE, "--agent", "encoders-ppo", "--agent", "encoders-ppo"],
+        ["two controllers are called encoders-ppo", "each once"],
+    ),
     "set points": ([*COMPARE, "--setpoints", "a"], ["--setpoints", "separated by commas"]),
     "set point": ([*COMPARE, "--setpoints", "70"], ["setpoint is 70", "at most 60"]),
     "window": ([*COMPARE, "--window", "30"], ["window is 30", "at most 20"]),

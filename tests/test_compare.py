@@ -17,7 +17,7 @@ from drill_env.benchmark import (
     measure,
     vibration_free,
 )
-from drill_env.cli._common import _plain
+from drill_env.cli._common import plain
 from drill_env.cli.compare_command import write_comparison
 from drill_env.controllers import Controller, observation_names
 from drill_env.dynamics import equilibrium_voltage
@@ -84,7 +84,7 @@ def test_no_forward_speed_is_infinite_severity_and_never_free(omega):
     table = table.assign(**dataclasses.asdict(found))
     assert not vibration_free(table).any()
     compare_table(table)
-    assert json.dumps(_plain(table.to_dict("records")), allow_nan=False)
+    assert json.dumps(plain(table.to_dict("records")), allow_nan=False)
 
 
 @pytest.mark.filterwarnings("ignore::drill_env.integrator.NegativeFrictionWarning")

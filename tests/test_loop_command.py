@@ -65,3 +65,17 @@ def test_the_page_holds_a_closed_cycle_behind_every_marker(drawn):
     for cycle in cycles:
         assert cycle["omega_l"][0] == pytest.approx(cycle["omega_l"][-1], abs=2e-5)
         assert cycle["t"][-1] == pytest.approx(cycle["period"], rel=0.02)
+
+
+def test_a_shipped_agent_holds_its_set_points(tmp_path):
+    done = drill(
+        "bifurcation", "--controller=encoders-ppo", "--range=1,1.2", "--out=d", "--json",
+        cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    assert report["controller"] == "encoders-ppo" and report["failures"] == []
+    assert report["points"] == []
+    settled = pd.DataFrame(report["rows"])
+    assert settled.stable.all() and (settled.growth_rate < 0.0).all()
+    assert (settled["max"] / settled.setpoint - 1.0).abs().max() < 0.05

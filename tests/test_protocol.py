@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import shutil
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from drill_env import InputError, Rig, baselines
+from drill_env import InputError, Rig, agents, baselines
 from drill_env.benchmark import measure
 from drill_env.benchmark import plants as plants_module
 from drill_env.benchmark.contestants import contestant
@@ -24,6 +25,8 @@ from drill_env.benchmark.summary import (
     summary_rows,
 )
 from drill_env.benchmark.tuning import search
+from drill_env.cli._protocol_mode import _identity
+from drill_env.cli.compare_command import TrainedMaker
 from drill_env.cli.main import app
 from drill_env.environment.config import EnvConfig
 from drill_env.parameters import uncertainty
@@ -202,22 +205,40 @@ QUICK = ["--plants", "2", "--setpoints", "1,4", "--seconds", "12", "--window", "
 
 def test_command_writes_tables_summary_and_page(tmp_path, capsys):
     out = tmp_path / "p"
-    names = ["--controllers", "pi,lqi,adaptive-ekf"]
+    names = ["--controllers", "pi,lqi,adaptive-ekf", "--agent", "encoders-ppo"]
     options = ["compare", "--levels", "L0,L2", "--out", str(out), *names, *QUICK]
     app(options, standalone_mode=False)
     rows = json.loads((out / "summary.json").read_text())
     assert [(row["controller"], row["level"]) for row in rows] == [
-        (name, level) for name in ("pi", "lqi", "adaptive-ekf") for level in ("L0", "L2")
+        (name, level)
+        for name in ("pi", "lqi", "adaptive-ekf", "encoders-ppo")
+        for level in ("L0", "L2")
     ]
     assert all(set(row) == KEYS for row in rows)
-    assert len(pd.read_csv(out / "cells.csv")) == 3 * 2 * 4
+    assert [row["vibration_free_share"] for row in rows if row["controller"] == "encoders-ppo"] == [
+        1.0,
+        1.0,
+    ]
+    assert rows[-1]["tier"] == "E" and rows[-1]["t50_s"] < 4.0
+    assert len(pd.read_csv(out / "cells.csv")) == 4 * 2 * 4
     facts = pd.read_csv(out / "linear_facts.csv")
     assert facts.controller.unique().tolist() == ["pi", "lqi"]
     page = (out / "index.html").read_text()
-    assert "adaptive-ekf" in page and "Tier S" in page and 'src="http' not in page
+    for text in ("adaptive-ekf", "encoders-ppo", "Tier S"):
+        assert text in page
+    assert 'src="http' not in page
     capsys.readouterr()
     app([*options, "--json"], standalone_mode=False)
     assert json.loads(capsys.readouterr().out)["summary"] == rows
+
+
+def test_results_of_another_policy_are_not_reused(tmp_path):
+    shipped = agents.find("encoders-ppo")
+    folder = shutil.copytree(shipped, tmp_path / "encoders-ppo")
+    same = _identity(TrainedMaker(folder))
+    assert same == _identity(TrainedMaker(shipped))
+    shutil.copy(agents.find("surface-ppo") / "policy.npz", folder)
+    assert _identity(TrainedMaker(folder)) != same
 
 
 @pytest.mark.parametrize(

@@ -59,11 +59,11 @@ def controlled_report(
 
 def _maker(name: str, config: EnvConfig) -> tuple[str, Callable[[EnvConfig], Controller]]:
     from drill_env import baselines
-    from drill_env.agents import load
+    from drill_env.agents import find, load, names
 
-    if name not in baselines.CONTROLLERS and Path(name).is_dir():
+    if name not in baselines.CONTROLLERS and (name in names() or Path(name).is_dir()):
         trained = load(name)
-        return Path(name).resolve().name, lambda _: trained
+        return find(name).resolve().name, lambda _: trained
     baselines.make(name, config)
     return name, baselines.CONTROLLERS[name]
 

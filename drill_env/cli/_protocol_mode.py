@@ -59,13 +59,16 @@ def run_and_report(
 
 
 def _identity(maker: Any) -> str:
-    """What a maker stands for; an agent by its policy's file."""
+    """What a maker stands for; an agent by its policy's files and the code that runs it."""
     import hashlib
+
+    from drill_env import agents
 
     folder = getattr(maker, "folder", None)
     if folder is None:
         return repr(maker)
-    files = sorted(path for path in Path(folder).iterdir() if path.suffix in (".zip", ".json"))
+    files = [folder / "agent.json", folder / "policy.npz"]
+    files += sorted(Path(agents.__file__).parent.glob("*.py"))
     return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
 
 

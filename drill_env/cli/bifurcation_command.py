@@ -66,7 +66,7 @@ def bifurcation_command(
     seed: Annotated[int, typer.Option(help="Seed of the starts.")] = 0,
     controller: Annotated[
         str | None,
-        typer.Option(help="Controlled rig over the set point: a name, or an agent's folder."),
+        typer.Option(help="Controlled rig over the set point: controller, agent or its folder."),
     ] = None,
     voltage_limit: Annotated[float, typer.Option(help="V, for --controller; up to 15.")] = 5.0,
     as_json: JsonOption = False,

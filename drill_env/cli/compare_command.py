@@ -41,7 +41,11 @@ NamesOption = Annotated[
 ]
 AgentOption = Annotated[
     list[Path] | None,
-    typer.Option(help="Folder of a trained agent; repeatable.", show_default=False),
+    typer.Option(
+        help="Shipped agent by name (encoders-ppo, surface-ppo), or a trained one's folder; "
+        "repeatable.",
+        show_default=False,
+    ),
 ]
 PointsOption = Annotated[
     str | None, typer.Option(help="rad/s, separated by commas.", show_default="12 from 0.5 to 8.5")
@@ -88,13 +92,13 @@ def compare_command(
     """Compare controllers over set points, from rest and from the limit cycle.
 
     Writes compare.csv, compare.parquet, compare.json and compare.png, the speeds of each
-    controller over the open-loop diagram. Agents come from train.py.
+    controller over the open-loop diagram. Agents are shipped or come from train.py.
 
     With --levels it runs the protocol instead: every controller on frozen plants of each
     uncertainty level from four starts, in parallel, continued where it was interrupted. Writes
     summary.json, tables and index.html.
 
-    Example: drill-env compare --controllers open-loop,pi --out out/compare
+    Example: drill-env compare --controllers open-loop,pi --agent encoders-ppo --out out/compare
 
     Example: drill-env compare --levels L0,L1,L2,L3 --plants 200 --out out/protocol
     """
@@ -162,15 +166,19 @@ def _runs(makers: Makers, config: EnvConfig, **options: Any) -> pd.DataFrame:
 
 def _makers(controllers: str, agents: list[Path], config: EnvConfig) -> Makers:
     from drill_env import baselines
+    from drill_env.agents import find
 
     names = list(baselines.CONTROLLERS) if controllers == "all" else words(controllers)
     for name in names:
         baselines.make(name, config)
     makers: Makers = {name: baselines.CONTROLLERS[name] for name in names}
-    for folder in agents:
+    for agent in agents:
+        folder = find(agent)
         name = folder.resolve().name
         if name in makers:
-            raise InputError(f"two controllers are called {name}: rename the folder {folder}")
+            raise InputError(
+                f"two controllers are called {name}: give each once, or rename the folder {agent}"
+            )
         makers[name] = TrainedMaker(folder)
         makers[name](config)
     if not makers:

@@ -22,6 +22,8 @@ from drill_env.parameters import SYMBOLS, Rig
 
 THREADS = 2
 _TRIES = 6
+# Sizes of free shapes: Nm at the discs, share of the brake's torque, rad of a reading.
+_USUAL_SHAPE = {"upper": 1.0, "lower": 0.03, "string": 0.03, "friction": 0.5, "sensor": 0.1}
 _RIG_STEP = 1e-4
 # Above what rounding to whole counts gives, an encoder's noise would hide missing physics.
 _MOST_ROUNDING = 2.0
@@ -200,11 +202,24 @@ def evaluate(
     gradient[:free] += weight * miss
     information[:free, :free] += np.diag(weight)
     value = sum(p.value for p in parts) + float(weight @ miss**2)
+    numbers = np.concatenate([np.zeros(free), *(term.q for term in terms)])
+    stiff = np.concatenate([np.zeros(free), *(_stiffness(term) for term in terms)])
+    gradient -= stiff * numbers
+    information += np.diag(stiff)
+    value += float(stiff @ numbers**2)
     return Fit(
         vector, rig, terms, noise, tuple(starts), tuple(motions), value, gradient, information,
         tuple(p.start_step for p in parts), tuple(p.start_slope for p in parts),
         sum(p.count for p in parts),
     )  # fmt: skip
+
+
+def _stiffness(term: Term) -> FloatArray:
+    """Precision of a term's numbers around 0: what the rig's own parameters can do, they do."""
+    if not isinstance(term.source, Shape):
+        return np.zeros(len(term.q))
+    sort = "friction" if term.source.sort == "friction" else term.source.component
+    return np.full(len(term.q), 1.0 / _USUAL_SHAPE[sort] ** 2)
 
 
 def prior_weight(setting: Setting, centre: FloatArray) -> FloatArray:

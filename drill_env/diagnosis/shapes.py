@@ -26,9 +26,18 @@ def middle(values: FloatArray) -> FloatArray:
 
 
 def hats(values: FloatArray, knots: FloatArray) -> FloatArray:
-    """Piecewise linear functions, 1 at one knot and 0 at the others; shape (n, len(knots))."""
-    units = np.eye(len(knots))
-    return np.column_stack([np.interp(values, knots, unit) for unit in units])
+    """Piecewise linear functions, 1 at one knot and 0 at the others; shape (n, len(knots)).
+
+    Beyond the ends they go on in a straight line: part of what a torque of speed or twist holds
+    may stand in the rig's own parameters, which have no ends.
+    """
+    place = np.clip(np.searchsorted(knots, values, side="right") - 1, 0, len(knots) - 2)
+    share = (values - knots[place]) / (knots[place + 1] - knots[place])
+    out = np.zeros((len(values), len(knots)))
+    rows = np.arange(len(values))
+    out[rows, place] = 1.0 - share
+    out[rows, place + 1] = share
+    return out
 
 
 def ring(values: FloatArray, count: int) -> FloatArray:

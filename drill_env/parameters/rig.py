@@ -36,8 +36,8 @@ class Rig:
     Args:
         clamp: replace T_l(w) by max(T_l(w), 0), so that equation (3) holds.
         inertias: 2 for the whole rig, 1 for the upper disc alone (stage 1).
-        effects: extra physics declared by a rig file; the integrator refuses what it
-            does not know.
+        effects: extra physics of a rig file, see docs/effects.md; continuation and
+            validation refuse it.
 
     Raises:
         InputError: a value is not finite, has the wrong sign or does not fit the law.
