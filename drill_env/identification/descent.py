@@ -23,6 +23,8 @@ _TRIES = 10
 _LEAST_DAMPING = 1e-9
 # Of minus twice the log likelihood: far below what one degree of freedom moves it.
 _ENOUGH = 0.02
+# So much in one step is far from the end: only the noise's sizes are worth their time.
+_FAR = 100.0
 _HEAT = 5.0
 _HOT_STEPS = 6
 
@@ -163,16 +165,29 @@ def rig_step(problem: Problem, here: Point, damping: float) -> tuple[Point, floa
     return here, damping
 
 
-def noise_update(problem: Problem, here: Point) -> Point:
-    """The point with better noise, or the same point."""
+def noise_update(problem: Problem, here: Point, *, sizes: bool = False) -> Point:
+    """The point with better noise, or the same point.
+
+    Args:
+        problem: what is estimated.
+        here: the point.
+        sizes: whether only the torques' sizes move, at less than half of the work.
+    """
+    only = (0, 1) if sizes and problem.torques else None
     models = []
     for group, model in enumerate(here.noise):
         members = [i for i, other in enumerate(problem.groups) if other == group]
         samples, starts = [problem.samples[i] for i in members], [here.starts[i] for i in members]
         models.append(
             noise_step(
-                samples, starts, here.rig, model, torques=problem.torques, robust=problem.robust
-            )
+                samples,
+                starts,
+                here.rig,
+                model,
+                torques=problem.torques,
+                robust=problem.robust,
+                only=only,
+            )  # fmt: skip
         )
     there = point_at(problem, here.vector, models, here.starts)
     return there if there.value < here.value else here
@@ -209,7 +224,7 @@ def descend(
         # While the rig is far off, the noise follows at once; later it hardly changes.
         if idle < 1 or moved > 1.0:
             after_rig = here.value
-            here = noise_update(problem, here)
+            here = noise_update(problem, here, sizes=moved > _FAR)
             idle = idle + 1 if after_rig - here.value < 0.5 else 0
         if report:
             report(done, here.value)

@@ -9,6 +9,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 from scipy.stats import norm
+from threadpoolctl import threadpool_limits
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
@@ -204,6 +205,15 @@ def identify(
         torques=options.method == "prediction_error",
         doubt=options.doubt,
     )
+    # Threads of the linear algebra would only wait for those of the recordings.
+    with threadpool_limits(1):
+        return _best(problem, base, names, options, progress)
+
+
+def _best(
+    problem: Problem, base: Rig, names: Sequence[str], options: FitOptions,
+    progress: Progress | None,
+) -> Estimate:  # fmt: skip
     rng = np.random.default_rng(options.seed)
     best: Estimate | None = None
     reached = []

@@ -1,0 +1,76 @@
+"""Faults of the recording itself are found and named: lost counts, bits, stale rows, clock."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from benchmarks.rig_maker import make, quasi_random
+from drill_env import Rig
+from drill_env.diagnosis.diagnose import diagnose
+from drill_env.diagnosis.options import DiagnosisOptions
+from drill_env.effects import LIBRARY
+from drill_env.parameters import SYMBOLS
+from drill_env.recordings import Recording
+
+RATE, STEP = 200.0, 2 * math.pi / 8192
+# A small library: what is tested here is not in it.
+OPTIONS = DiagnosisOptions(leave_out=tuple(n for n in LIBRARY if n != "quadratic_drag"), most=1)
+
+
+@pytest.fixture(scope="module")
+def made():
+    truth = {name: getattr(Rig(), name) for name in SYMBOLS}
+    u = quasi_random(np.random.default_rng(4), 25.0, RATE, 5.0)
+    return make(truth, u, RATE, seed=9, counts=8192, torque_u=0.02, torque_l=2e-4)
+
+
+def diagnosed(made, theta_u, theta_l, step_l=STEP):
+    quanta = {"theta_u": STEP, "theta_l": step_l}
+    recording = Recording(made.t, made.u, theta_u, theta_l, quanta=quanta)
+    return diagnose([recording], Rig(), options=OPTIONS).result
+
+
+def test_a_sound_recording_has_no_fault(made):
+    result = diagnosed(made, made.theta_u, made.theta_l)
+    assert result.verdict == "consistent" and result.faults == []
+
+
+def test_counts_lost_at_single_moments(made):
+    lost = made.theta_l.copy()
+    for row in (1500, 2600, 3900):
+        lost[row:] -= 6 * STEP
+    result = diagnosed(made, made.theta_u, lost)
+    assert [effect.id for effect in result.effects] == ["missed_counts_lower"]
+    numbers = result.effects[0].parameters
+    assert numbers["size"].value == pytest.approx(6 * STEP, rel=0.01)
+    assert numbers["rate"].value == pytest.approx(3 / 25.0, rel=0.01)
+
+
+def test_a_coarser_encoder_has_lost_bits(made):
+    coarse = np.floor(made.theta_l / (4 * STEP)) * 4 * STEP
+    result = diagnosed(made, made.theta_u, coarse, 4 * STEP)
+    effect = next(e for e in result.effects if e.id == "lost_encoder_bits")
+    assert effect.parameters["bits"].value == 2.0
+
+
+def test_rows_that_repeat_the_row_before(made):
+    theta_u, theta_l = made.theta_u.copy(), made.theta_l.copy()
+    fast = np.flatnonzero(np.abs(np.gradient(theta_l, made.t)) > 6.0)[::150]
+    theta_u[fast], theta_l[fast] = theta_u[fast - 1], theta_l[fast - 1]
+    result = diagnosed(made, theta_u, theta_l)
+    assert "missing_samples" in [effect.id for effect in result.effects]
+
+
+def test_uncertain_times(made):
+    rng = np.random.default_rng(0)
+    late = rng.normal(0.0, 3e-4, len(made.t))
+    theta_u, theta_l = (
+        np.round((theta + np.gradient(theta, made.t) * late) / STEP) * STEP
+        for theta in (made.theta_u, made.theta_l)
+    )
+    result = diagnosed(made, theta_u, theta_l)
+    jitter = next(e for e in result.effects if e.id == "clock_jitter").parameters["jitter"]
+    assert jitter.value == pytest.approx(3e-4, rel=0.2)
