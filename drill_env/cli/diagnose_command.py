@@ -54,6 +54,9 @@ LawOption = Annotated[
     typer.Option(help="Friction law to start from, with the paper's rig.", show_default=False),
 ]
 MostOption = Annotated[int, typer.Option(help="Effects that are looked for.")]
+DoubtOption = Annotated[
+    float, typer.Option(help="How far the rig's parameters may be off: a share, one sigma.")
+]
 SeedOption = Annotated[int, typer.Option(help="Of what is drawn.")]
 
 
@@ -66,6 +69,7 @@ def diagnose_command(
     leave_out: LeaveOption = None,
     most: MostOption = 2,
     mapping: MapOption = None,
+    doubt: DoubtOption = 0.05,
     seed: SeedOption = 0,
     as_json: JsonOption = False,
 ) -> None:
@@ -82,7 +86,11 @@ def diagnose_command(
 
     output_folder(out)
     options = DiagnosisOptions(
-        leave_out=tuple(leave_out or ()), most=most, given_rig=rig is not None, seed=seed
+        leave_out=tuple(leave_out or ()),
+        most=most,
+        given_rig=rig is not None,
+        doubt=doubt,
+        seed=seed,
     )
     start = _start(rig, start_friction)
     with remarks():

@@ -107,11 +107,11 @@ def _diagnose(
     if rig.inertias == 1:
         library = [e for e in library if e.equation == "upper"]
     free = [n for n in SYMBOLS if n in active_names(rig) - {"Ju"} - set(options.fixed)]
-    found = find(samples, rig, free, library, most=options.most, report=report)
+    found = find(samples, rig, free, library, most=options.most, doubt=options.doubt, report=report)
     law = None
     if rig.friction != "humped" and rig.inertias == 2 and "friction_shape" not in options.leave_out:
         report("trying another friction law")
-        law = law_fit(samples, rig, found, library, options.most, report)
+        law = law_fit(samples, rig, found, library, options.most, report, options.doubt)
         found = law.found if law else found
     held = [replace(s, release=found.setting.samples[0].release) for s in held]
     report("judging held-out recordings")

@@ -32,7 +32,7 @@ class LawFit:
 
 def law_fit(
     samples: Sequence[Samples], rig: Rig, plain: Found, effects: Sequence[Effect], most: int,
-    report: Callable[[str], None],
+    report: Callable[[str], None], doubt: float = 0.05,
 ) -> LawFit | None:  # fmt: skip
     """The search with the humped law, or None where the rig's own law does as well.
 
@@ -43,12 +43,13 @@ def law_fit(
         effects: the library.
         most: effects that are looked for.
         report: told what is being done.
+        doubt: relative standard deviation of the rig's parameters around the start.
     """
     paper = Rig.paper()
     humped = rig.replace(friction="humped", **{name: getattr(paper, name) for name in _LOWER})
     kept = set(plain.setting.coordinates.free) | set(_LOWER)
     free = [n for n in SYMBOLS if n in active_names(humped) & kept]
-    found = find(samples, humped, free, effects, most=most, report=report)
+    found = find(samples, humped, free, effects, most=most, doubt=doubt, report=report)
     if plain.final.bic - found.final.bic < NEEDED:
         return None
     return LawFit(plain.setting, plain.base, found)

@@ -17,6 +17,8 @@ class DiagnosisOptions:
         most: effects that are looked for, one after another.
         given_rig: whether the rig was measured before, so that changed parameters are a finding.
         fixed: parameters that are held besides Ju.
+        doubt: relative standard deviation of the given rig's parameters. It holds the rig sensible
+            where physics is missing; widen it for a rig that is only roughly known.
         seed: of what is drawn.
     """
 
@@ -24,6 +26,7 @@ class DiagnosisOptions:
     most: int = 2
     given_rig: bool = False
     fixed: dict[str, float] = field(default_factory=dict)
+    doubt: float = 0.05
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -33,6 +36,8 @@ class DiagnosisOptions:
                     f"leave out {name!r}: no such effect; known: "
                     f"{', '.join(sorted([*LIBRARY, *OUTSIDE]))}"
                 )
+        if not self.doubt > 0:
+            raise InputError(f"doubt is {self.doubt}: give a share greater than 0, such as 0.05")
         if self.most < 0:
             raise InputError(f"most is {self.most}: give 0 or more")
 

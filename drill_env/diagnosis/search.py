@@ -107,11 +107,13 @@ class Found:
     extra: dict[str, object] = field(default_factory=dict)
 
 
-def base_fit(samples: Sequence[Samples], rig: Rig, free: Sequence[str]) -> tuple[Setting, Fit]:
+def base_fit(
+    samples: Sequence[Samples], rig: Rig, free: Sequence[str], doubt: float = 0.05
+) -> tuple[Setting, Fit]:
     """Fit the rig alone, held near the start where it does not explain the recordings."""
     coordinates = Coordinates(rig, tuple(free))
     samples = [replace(s, release=_RELEASE) for s in samples]
-    setting = Setting(tuple(samples), coordinates)
+    setting = Setting(tuple(samples), coordinates, doubt)
     noise = NoiseModel()
     for name, key in (("encoder_u", "theta_u"), ("encoder_l", "theta_l")):
         steps = [s.recording.quanta[key] for s in samples if key in s.recording.quanta]
@@ -205,7 +207,7 @@ def polished(setting: Setting, fit: Fit) -> Fit:
 
 def find(
     samples: Sequence[Samples], rig: Rig, free: Sequence[str], effects: Sequence[Effect],
-    *, most: int = 2, report: Report = lambda text: None,
+    *, most: int = 2, doubt: float = 0.05, report: Report = lambda text: None,
 ) -> Found:  # fmt: skip
     """Fit the rig, then look for what it lacks.
 
@@ -215,10 +217,11 @@ def find(
         free: names of its free parameters.
         effects: the library.
         most: effects that are looked for.
+        doubt: relative standard deviation of the rig's parameters around the start.
         report: told what is being done.
     """
     report("fitting the rig alone")
-    setting, base = base_fit(samples, rig, free)
+    setting, base = base_fit(samples, rig, free, doubt)
     here, shaped, rounds = base, None, []
     for _ in range(most):
         found = search(setting, here, effects, report)
