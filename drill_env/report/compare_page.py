@@ -79,8 +79,8 @@ def _share(row: Mapping[str, Any], level: str) -> str:
     time = row[f"{level}_t50_s"]
     settled = f"{time:.1f} s" if math.isfinite(time) else "never"
     return (
-        f"<b>{row[level]:.3f}</b> <small>{row[f'{level}_low']:.3f} to "
-        f"{row[f'{level}_high']:.3f}<br>{settled}</small>"
+        f"<b>{row[level]:.3f}</b> <small>{settled}<br>{row[f'{level}_low']:.3f} to "
+        f"{row[f'{level}_high']:.3f}</small>"
     )
 
 
