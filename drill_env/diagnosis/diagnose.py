@@ -208,8 +208,10 @@ def _effects(found: Found, base: Fit, new_law: bool, faults: list[Fault]) -> lis
     effects = []
     if new_law:
         effects.append(_law_effect(found))
-    effects += _lost_counts(found)
+    lost = {effect.id: effect for effect in _lost_counts(found)}
     for term in found.final.terms:
+        if term.id in lost:
+            effects.append(lost.pop(term.id))
         if not isinstance(term.source, Named):
             continue
         effect = term.source.effect
