@@ -25,6 +25,8 @@ _LEAST, _MOST = 0.3, 3.0
 _ALIAS = 1e-5
 _PEAKS = 3
 _HIGHEST_HZ = 40.0
+# Of one turn, for the search of orders.
+_BINS = 512
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -263,6 +265,8 @@ def _grid(effect: Effect, ground: Ground) -> list[FloatArray]:
         if p.name == "frequency" and effect.id.endswith("_disturbance"):
             disc = 0 if effect.equation == "upper" else 1
             values = tuple(sorted({*values, *_frequencies(ground, disc)}))
+        if p.name == "order" and len(p.grid) > 4:
+            values = tuple(sorted({*values, *_orders(ground, p)}))
         if p.name == "time":
             end = max(float(k.motion.t[-1]) for k in ground.known)
             values = tuple(np.arange(0.02, 0.99, 0.03) * end)
@@ -294,6 +298,36 @@ def _frequencies(ground: Ground, disc: int) -> list[float]:
     return [f + d / (longest * interval) for f in found for d in (-0.25, 0.0, 0.25)]
 
 
+def _orders(ground: Ground, p: EffectParameter) -> list[float]:
+    """Orders in theta_u at which a torque on the upper disc would explain most."""
+    lowest, highest = p.grid[0], min(1.5 * p.grid[-1], _BINS / 4.0)
+    spans = [_turned(known) for known in ground.known]
+    longest = max(float(np.ptp(angle)) for angle in spans) + 1.0
+    size = int(2 ** np.ceil(np.log2(2.0 * longest * _BINS / (2.0 * np.pi))))
+    total = np.zeros(size // 2 + 1)
+    for pull, angle in zip(ground.pull, spans, strict=True):
+        place = np.floor((angle - angle.min()) * _BINS / (2.0 * np.pi)).astype(np.int64)
+        binned = np.bincount(place, weights=pull[:, 0], minlength=size)[:size]
+        total += np.abs(np.fft.rfft(binned)) ** 2
+    order = np.arange(len(total)) * _BINS / size
+    wide = max(int(0.02 * len(total)), 5)
+    relative = total / (np.convolve(total, np.ones(wide) / wide, mode="same") + 1e-300)
+    relative[(order < lowest) | (order > highest)] = 0.0
+    apart = 4.0 * np.pi / longest
+    found: list[float] = []
+    for place in np.argsort(-relative)[:200]:
+        value = float(order[place])
+        if all(abs(value - other) > apart for other in found):
+            found.append(value)
+        if len(found) == _PEAKS:
+            break
+    return [n + d * apart for n in found for d in (-0.25, 0.0, 0.25)]
+
+
+def _turned(known: Known) -> FloatArray:
+    return known.motion.states[:, 3] + known.motion.states[:, 0]
+
+
 def _around(effect: Effect, q: FloatArray, level: int) -> list[FloatArray]:
     """Points between a grid point and its neighbours, finer at each level."""
     points = []
@@ -316,7 +350,8 @@ def _around(effect: Effect, q: FloatArray, level: int) -> list[FloatArray]:
 
 def _between(p: EffectParameter, value: float, share: float) -> float:
     if p.name in ("time", "order"):
-        spread = 2.0 if p.name == "time" else 0.5
+        # A peak over the angle is as narrow as the recordings' turns are many.
+        spread = 2.0 if p.name == "time" else 0.05
         return max(value + share * spread, p.low)
     if p.name == "frequency" and len(p.grid) > 12:
         return value + share * 0.02

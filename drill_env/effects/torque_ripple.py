@@ -1,4 +1,4 @@
-"""The motor's torque ripples with its angle."""
+"""The motor's torque ripples with its angle (cogging)."""
 
 from math import cos
 
@@ -8,8 +8,8 @@ from drill_env.effects._effect import Effect, amplitude, phase, shape
 
 @kernel
 def torque_ripple(p, q, m, s, out):
-    """km u ripple cos(order theta_u + phase)."""
-    out.torque_u += p.km * s.u * q[0] * cos(q[2] * s.theta_u + q[1])
+    """torque cos(order theta_u + phase)."""
+    out.torque_u += q[0] * cos(q[2] * s.theta_u + q[1])
 
 
 EFFECT = Effect(
@@ -18,7 +18,7 @@ EFFECT = Effect(
     equation="upper",
     depends_on="theta_u",
     parameters=(
-        amplitude("ripple", "1", 0.05, most=2.0, signed=False),
+        amplitude("torque", "Nm", 0.02, most=5.0, signed=False),
         phase(),
         shape(
             "order",
@@ -53,12 +53,12 @@ EFFECT = Effect(
                 44.0,
                 48.0,
             ),
-            low=0.5,
+            low=1.5,
             high=500.0,
         ),
     ),
-    formula="km u ripple cos(order theta_u + phase)",
-    meaning="The motor's torque ripples with its angle.",
+    formula="torque cos(order theta_u + phase)",
+    meaning="The motor's torque ripples with its angle (cogging).",
     kernel=torque_ripple,
     neighbours=("gear_eccentricity",),
 )
