@@ -342,6 +342,8 @@ NEUTRAL = {
     "string_inertia": {"frequency": 100.0},
     "friction_lag": {"time_constant": 5e-4},
     "presliding": {"distance": 2e-4},
+    "encoder_delay_upper": {"delay": 0.0},
+    "encoder_delay_lower": {"delay": 0.0},
 }
 
 
