@@ -118,9 +118,7 @@ def describe(term: Term) -> FoundShape | None:
         return None
     x, y = np.array(term.source.knots), term.q
     best = ("constant", 0.0)
-    name = {"theta_u": "theta_u", "theta_l": "theta_l"}.get(
-        term.source.depends_on, term.source.depends_on
-    )
+    name = term.source.depends_on
     for formula, value in _formulas(name, x, y):
         # A longer formula must earn a tenth of what is left.
         if value > best[1] + 0.1 * (1.0 - best[1]):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -104,7 +104,6 @@ class Found:
     base: Fit
     rounds: tuple[Round, ...]
     final: Fit
-    extra: dict[str, object] = field(default_factory=dict)
 
 
 def base_fit(
