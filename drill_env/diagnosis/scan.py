@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -10,57 +9,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.diagnosis.extended import THREADS, Fit, Setting, whitened
-from drill_env.diagnosis.terms import Named, Shape, Term, corrected, with_terms
-from drill_env.effects import Effect, EffectParameter
+from drill_env.diagnosis.extended import THREADS
+from drill_env.diagnosis.grids import around, grid_of
+from drill_env.diagnosis.ground import Ground, Known
+from drill_env.diagnosis.terms import Named, Shape, Term, corrected
+from drill_env.effects import Effect
 from drill_env.effects.along import Motion
-from drill_env.identification.prediction_error import Path, Samples, path_of
-from drill_env.identification.smoothing import slopes_of, smoothed
-from drill_env.parameters import SYMBOLS
+from drill_env.identification.smoothing import slopes_of
+from drill_env.parameters import Rig
 
 _REFINEMENTS = 3
 # A shape without an amplitude has size 1; a first look along a wrong motion may be off by this.
 _LEAST, _MOST = 0.3, 3.0
 # Share of a column's information that must be new; less is an alias of what is there.
 _ALIAS = 1e-5
-_PEAKS = 3
-_HIGHEST_HZ = 40.0
-# Of one turn, for the search of orders.
-_BINS = 512
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Known:
-    """A recording with what a score needs of it."""
-
-    samples: Samples
-    motion: Motion
-    path: Path
-    white: FloatArray
-    used: np.ndarray
-    nuisance: FloatArray
-    solved: FloatArray
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Ground:
-    """Where scores are taken: a fit, and the directions that it already explains.
-
-    Attributes:
-        setting: recordings and parameters.
-        fit: the fit.
-        known: of each recording.
-        cross: inverse information of the shared directions, shape (m, m).
-        dispersion: mean square of the standardised innovations.
-        pull: per recording the slopes of the likelihood by torques, shape (n, 2).
-    """
-
-    setting: Setting
-    fit: Fit
-    known: tuple[Known, ...]
-    cross: FloatArray
-    dispersion: float
-    pull: tuple[FloatArray, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,58 +42,6 @@ class Scored:
     def numbers(self) -> int:
         """How many numbers it has."""
         return len(self.term.q)
-
-
-def ground_at(setting: Setting, fit: Fit) -> Ground:
-    """Prepare scores at a fit."""
-    jacobian = setting.coordinates.jacobian(fit.vector)
-
-    def known(job: tuple[Samples, FloatArray, Motion]) -> tuple[Known, FloatArray]:
-        samples, starts, motion = job
-        given = with_terms(samples, fit.terms, fit.rig, motion)
-        path = path_of(given, fit.rig, fit.noise, starts, setting.robust, slopes=True)
-        shared = whitened(given, setting, fit.rig, jacobian, fit.terms, fit.noise, path, motion)
-        used = path.rows["weight"] > 0
-        own = path.rows["slopes"][:, :, len(SYMBOLS) :][used]
-        own = _by_window(own, used, samples)
-        gram = own.T @ own
-        # A start that is known moves nothing.
-        gram += np.diag(1e-9 * np.diag(gram) + (np.diag(gram) == 0.0))
-        shared_used = shared[used]
-        solved = np.asarray(np.linalg.solve(gram, own.T), dtype=np.float64)
-        shared_used = shared_used - own @ (solved @ shared_used)
-        white = path.rows["white"][used]
-        white = white - own @ (solved @ white)
-        pull = smoothed(given, fit.noise, path).pull
-        return (
-            Known(given, motion, path, white, used, np.hstack([shared_used, own]), solved),
-            pull,
-        )
-
-    jobs = list(zip(setting.samples, fit.starts, fit.motions, strict=True))
-    with ThreadPoolExecutor(THREADS) as pool:
-        found = list(pool.map(known, jobs))
-    parts = tuple(k for k, _ in found)
-    m = len(fit.gradient)
-    information = sum(k.nuisance[:, :m].T @ k.nuisance[:, :m] for k in parts)
-    scale = 1.0 / np.sqrt(np.where(np.diag(information) > 0.0, np.diag(information), 1.0))
-    scaled = information * np.outer(scale, scale) + 1e-9 * np.eye(m)
-    cross = np.linalg.inv(scaled) * np.outer(scale, scale)
-    count = sum(len(k.white) for k in parts)
-    dispersion = sum(float(k.white @ k.white) for k in parts) / count
-    return Ground(setting, fit, parts, cross, max(dispersion, 1e-3), tuple(p for _, p in found))
-
-
-def _by_window(own: FloatArray, used: np.ndarray, samples: Samples) -> FloatArray:
-    windows = len(samples.restarts)
-    if windows == 1:
-        return own
-    rows = np.repeat(np.arange(len(samples.t))[:, None], 2, axis=1)[used]
-    window = np.searchsorted(samples.restarts, rows, side="right") - 1
-    out = np.zeros((len(own), windows * own.shape[1]))
-    for i in range(windows):
-        out[window == i, i * own.shape[1] : (i + 1) * own.shape[1]] = own[window == i]
-    return out
 
 
 def _moments(ground: Ground, terms: Sequence[Term]) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -159,7 +69,7 @@ def _moments(ground: Ground, terms: Sequence[Term]) -> tuple[FloatArray, FloatAr
     return score, information - shared.T @ ground.cross @ shared, np.diag(information)
 
 
-def _columns(term: Term, rig, motion: Motion) -> tuple[FloatArray, FloatArray]:  # noqa: ANN001
+def _columns(term: Term, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
     if isinstance(term.source, Shape):
         return term.slopes(rig, motion)
     effect = term.source.effect
@@ -220,11 +130,11 @@ def score_effects(ground: Ground, effects: Iterable[Effect]) -> list[Scored]:
     """The best numbers of each effect, best effect first."""
     scored = []
     for effect in effects:
-        best = _score_grid(ground, effect, _grid(effect, ground))
+        best = _score_grid(ground, effect, grid_of(effect, ground))
         for _ in range(_REFINEMENTS):
             if best is None or all(p.role != "shape" for p in effect.parameters):
                 break
-            finer = _score_grid(ground, effect, _around(effect, best.term.q, _))
+            finer = _score_grid(ground, effect, around(effect, best.term.q, _))
             if finer is not None and finer.gain > best.gain:
                 best = finer
         if best is not None:
@@ -256,105 +166,3 @@ def _score_grid(ground: Ground, effect: Effect, points: list[FloatArray]) -> Sco
             if found is not None and (best is None or found.gain > best.gain):
                 best = found
     return best
-
-
-def _grid(effect: Effect, ground: Ground) -> list[FloatArray]:
-    axes = []
-    for p in effect.parameters:
-        values = p.grid
-        if p.name == "frequency" and effect.id.endswith("_disturbance"):
-            disc = 0 if effect.equation == "upper" else 1
-            values = tuple(sorted({*values, *_frequencies(ground, disc)}))
-        if p.name == "order" and len(p.grid) > 4:
-            values = tuple(sorted({*values, *_orders(ground, p)}))
-        if p.name == "time":
-            end = max(float(k.motion.t[-1]) for k in ground.known)
-            values = tuple(np.arange(0.02, 0.99, 0.03) * end)
-        axes.append(values)
-    return [np.array(point) for point in itertools.product(*axes)]
-
-
-def _frequencies(ground: Ground, disc: int) -> list[float]:
-    """Frequencies (Hz) at which a torque would explain most, from the likelihood's slopes."""
-    total, longest = None, max(len(p) for p in ground.pull)
-    size = 2 * longest
-    for pull in ground.pull:
-        power = np.abs(np.fft.rfft(pull[:, disc], size)) ** 2
-        total = power if total is None else total + power
-    assert total is not None
-    interval = ground.known[0].samples.recording.interval
-    hertz = np.fft.rfftfreq(size, interval)
-    wide = max(int(0.02 * len(total)), 5)
-    kernel = np.ones(wide) / wide
-    relative = total / (np.convolve(total, kernel, mode="same") + 1e-300)
-    relative[(hertz < 0.03) | (hertz > min(_HIGHEST_HZ, 0.45 / interval))] = 0.0
-    found: list[float] = []
-    for place in np.argsort(-relative)[:200]:
-        value = float(hertz[place])
-        if all(abs(value - other) > 3.0 / (longest * interval) for other in found):
-            found.append(value)
-        if len(found) == _PEAKS:
-            break
-    return [f + d / (longest * interval) for f in found for d in (-0.25, 0.0, 0.25)]
-
-
-def _orders(ground: Ground, p: EffectParameter) -> list[float]:
-    """Orders in theta_u at which a torque on the upper disc would explain most."""
-    lowest, highest = p.grid[0], min(1.5 * p.grid[-1], _BINS / 4.0)
-    spans = [_turned(known) for known in ground.known]
-    longest = max(float(np.ptp(angle)) for angle in spans) + 1.0
-    size = int(2 ** np.ceil(np.log2(2.0 * longest * _BINS / (2.0 * np.pi))))
-    total = np.zeros(size // 2 + 1)
-    for pull, angle in zip(ground.pull, spans, strict=True):
-        place = np.floor((angle - angle.min()) * _BINS / (2.0 * np.pi)).astype(np.int64)
-        binned = np.bincount(place, weights=pull[:, 0], minlength=size)[:size]
-        total += np.abs(np.fft.rfft(binned)) ** 2
-    order = np.arange(len(total)) * _BINS / size
-    wide = max(int(0.02 * len(total)), 5)
-    relative = total / (np.convolve(total, np.ones(wide) / wide, mode="same") + 1e-300)
-    relative[(order < lowest) | (order > highest)] = 0.0
-    apart = 4.0 * np.pi / longest
-    found: list[float] = []
-    for place in np.argsort(-relative)[:200]:
-        value = float(order[place])
-        if all(abs(value - other) > apart for other in found):
-            found.append(value)
-        if len(found) == _PEAKS:
-            break
-    return [n + d * apart for n in found for d in (-0.25, 0.0, 0.25)]
-
-
-def _turned(known: Known) -> FloatArray:
-    return known.motion.states[:, 3] + known.motion.states[:, 0]
-
-
-def _around(effect: Effect, q: FloatArray, level: int) -> list[FloatArray]:
-    """Points between a grid point and its neighbours, finer at each level."""
-    points = []
-    for i, p in enumerate(effect.parameters):
-        if p.role != "shape":
-            continue
-        for share in (-0.5, -0.25, 0.25, 0.5):
-            moved = q.copy()
-            moved[i] = _between(p, q[i], share * 0.4**level)
-            points.append(moved)
-    unit = []
-    for point in points:
-        # Amplitudes are scored from their usual size.
-        for i, p in enumerate(effect.parameters):
-            if p.role != "shape":
-                point[i] = p.grid[0]
-        unit.append(point)
-    return unit
-
-
-def _between(p: EffectParameter, value: float, share: float) -> float:
-    if p.name in ("time", "order"):
-        # A peak over the angle is as narrow as the recordings' turns are many.
-        spread = 2.0 if p.name == "time" else 0.05
-        return max(value + share * spread, p.low)
-    if p.name == "frequency" and len(p.grid) > 12:
-        return value + share * 0.02
-    grid = np.array(p.grid)
-    ratio = float(grid[-1] / grid[0]) ** (1.0 / max(len(grid) - 1, 1))
-    return min(max(value * ratio**share, max(p.low, 1e-9)), p.high)

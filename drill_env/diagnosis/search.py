@@ -13,14 +13,15 @@ from drill_env.diagnosis.extended import (
     Fit,
     Setting,
     added,
-    descend_jointly,
     evaluate,
     gain_of,
     motion_of,
     with_new_motions,
     without,
 )
-from drill_env.diagnosis.scan import Scored, ground_at, score_effects, score_shapes
+from drill_env.diagnosis.ground import ground_at
+from drill_env.diagnosis.joint import descend_jointly
+from drill_env.diagnosis.scan import Scored, score_effects, score_shapes
 from drill_env.diagnosis.shapes import free_shapes
 from drill_env.diagnosis.slips import Slips, slips
 from drill_env.diagnosis.terms import Named, Shape, Term

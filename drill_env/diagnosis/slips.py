@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.diagnosis.scan import Ground, Known
+from drill_env.diagnosis.ground import Ground, Known
 from drill_env.diagnosis.terms import Shape, Term
 from drill_env.effects.along import Motion
 from drill_env.identification.smoothing import slopes_of, smoothed

@@ -1,0 +1,121 @@
+"""Points at which an effect is scored: its grids, and peaks that the likelihood's slopes show."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from drill_env._types import FloatArray
+from drill_env.diagnosis.ground import Ground, Known
+from drill_env.effects import Effect, EffectParameter
+
+_PEAKS = 3
+
+_HIGHEST_HZ = 40.0
+
+# Of one turn, for the search of orders.
+_BINS = 512
+
+
+def grid_of(effect: Effect, ground: Ground) -> list[FloatArray]:
+    """Points of an effect's declared grids, with the peaks of frequency, order and time added."""
+    axes = []
+    for p in effect.parameters:
+        values = p.grid
+        if p.name == "frequency" and effect.id.endswith("_disturbance"):
+            disc = 0 if effect.equation == "upper" else 1
+            values = tuple(sorted({*values, *_frequencies(ground, disc)}))
+        if p.name == "order" and len(p.grid) > 4:
+            values = tuple(sorted({*values, *_orders(ground, p)}))
+        if p.name == "time":
+            end = max(float(k.motion.t[-1]) for k in ground.known)
+            values = tuple(np.arange(0.02, 0.99, 0.03) * end)
+        axes.append(values)
+    return [np.array(point) for point in itertools.product(*axes)]
+
+
+def _frequencies(ground: Ground, disc: int) -> list[float]:
+    """Frequencies (Hz) at which a torque would explain most, from the likelihood's slopes."""
+    total, longest = None, max(len(p) for p in ground.pull)
+    size = 2 * longest
+    for pull in ground.pull:
+        power = np.abs(np.fft.rfft(pull[:, disc], size)) ** 2
+        total = power if total is None else total + power
+    assert total is not None
+    interval = ground.known[0].samples.recording.interval
+    hertz = np.fft.rfftfreq(size, interval)
+    wide = max(int(0.02 * len(total)), 5)
+    kernel = np.ones(wide) / wide
+    relative = total / (np.convolve(total, kernel, mode="same") + 1e-300)
+    relative[(hertz < 0.03) | (hertz > min(_HIGHEST_HZ, 0.45 / interval))] = 0.0
+    found: list[float] = []
+    for place in np.argsort(-relative)[:200]:
+        value = float(hertz[place])
+        if all(abs(value - other) > 3.0 / (longest * interval) for other in found):
+            found.append(value)
+        if len(found) == _PEAKS:
+            break
+    return [f + d / (longest * interval) for f in found for d in (-0.25, 0.0, 0.25)]
+
+
+def _orders(ground: Ground, p: EffectParameter) -> list[float]:
+    """Orders in theta_u at which a torque on the upper disc would explain most."""
+    lowest, highest = p.grid[0], min(1.5 * p.grid[-1], _BINS / 4.0)
+    spans = [_turned(known) for known in ground.known]
+    longest = max(float(np.ptp(angle)) for angle in spans) + 1.0
+    size = int(2 ** np.ceil(np.log2(2.0 * longest * _BINS / (2.0 * np.pi))))
+    total = np.zeros(size // 2 + 1)
+    for pull, angle in zip(ground.pull, spans, strict=True):
+        place = np.floor((angle - angle.min()) * _BINS / (2.0 * np.pi)).astype(np.int64)
+        binned = np.bincount(place, weights=pull[:, 0], minlength=size)[:size]
+        total += np.abs(np.fft.rfft(binned)) ** 2
+    order = np.arange(len(total)) * _BINS / size
+    wide = max(int(0.02 * len(total)), 5)
+    relative = total / (np.convolve(total, np.ones(wide) / wide, mode="same") + 1e-300)
+    relative[(order < lowest) | (order > highest)] = 0.0
+    apart = 4.0 * np.pi / longest
+    found: list[float] = []
+    for place in np.argsort(-relative)[:200]:
+        value = float(order[place])
+        if all(abs(value - other) > apart for other in found):
+            found.append(value)
+        if len(found) == _PEAKS:
+            break
+    return [n + d * apart for n in found for d in (-0.25, 0.0, 0.25)]
+
+
+def _turned(known: Known) -> FloatArray:
+    return known.motion.states[:, 3] + known.motion.states[:, 0]
+
+
+def around(effect: Effect, q: FloatArray, level: int) -> list[FloatArray]:
+    """Points between a grid point and its neighbours, finer at each level."""
+    points = []
+    for i, p in enumerate(effect.parameters):
+        if p.role != "shape":
+            continue
+        for share in (-0.5, -0.25, 0.25, 0.5):
+            moved = q.copy()
+            moved[i] = _between(p, q[i], share * 0.4**level)
+            points.append(moved)
+    unit = []
+    for point in points:
+        # Amplitudes are scored from their usual size.
+        for i, p in enumerate(effect.parameters):
+            if p.role != "shape":
+                point[i] = p.grid[0]
+        unit.append(point)
+    return unit
+
+
+def _between(p: EffectParameter, value: float, share: float) -> float:
+    if p.name in ("time", "order"):
+        # A peak over the angle is as narrow as the recordings' turns are many.
+        spread = 2.0 if p.name == "time" else 0.05
+        return max(value + share * spread, p.low)
+    if p.name == "frequency" and len(p.grid) > 12:
+        return value + share * 0.02
+    grid = np.array(p.grid)
+    ratio = float(grid[-1] / grid[0]) ** (1.0 / max(len(grid) - 1, 1))
+    return min(max(value * ratio**share, max(p.low, 1e-9)), p.high)

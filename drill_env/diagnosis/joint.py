@@ -1,0 +1,141 @@
+"""Descent of a rig together with terms: joint damped Gauss-Newton steps, noise alongside."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from drill_env._errors import InputError
+from drill_env._types import FloatArray
+from drill_env.diagnosis.extended import Fit, Setting, evaluate
+from drill_env.diagnosis.terms import Shape, Term, with_terms
+from drill_env.identification.noise import NoiseModel
+from drill_env.identification.noise_fit import noise_step
+
+_TRIES = 6
+
+# Above what rounding to whole counts gives, an encoder's noise would hide missing physics.
+_MOST_ROUNDING = 2.0
+
+_LEAST_DAMPING = 1e-9
+
+
+def _moved_terms(terms: tuple[Term, ...], step: FloatArray) -> tuple[Term, ...]:
+    moved, place = [], 0
+    for term in terms:
+        q = term.q + step[place : place + len(term.q)]
+        moved.append(Term(term.source, term.source.bounded(q)))
+        place += len(term.q)
+    return tuple(moved)
+
+
+def _reach(setting: Setting, fit: Fit) -> FloatArray:
+    reach = [setting.coordinates.reach(fit.vector)]
+    for term in fit.terms:
+        # A shape or an amplitude may change by half of itself at once, never less than a usual
+        # size; free shapes are linear and need no limit.
+        usual = 1e4 * term.source.steps(term.q)
+        bent = not isinstance(term.source, Shape)
+        reach.append(0.7 * usual if bent else np.full(len(term.q), np.inf))
+    return np.concatenate(reach)
+
+
+def joint_step(
+    setting: Setting,
+    here: Fit,
+    damping: float,
+    noise: NoiseModel | None = None,
+    tries: int = _TRIES,
+) -> tuple[Fit, float]:
+    """The best point that damped Gauss-Newton steps reach, and the damping for the next.
+
+    Args:
+        setting: recordings.
+        here: where to begin.
+        damping: of the first try.
+        noise: model to take at the same time, the present one by default.
+        tries: how often the damping may grow.
+    """
+    scale = np.diag(np.diag(here.information) + 1e-12)
+    reach = _reach(setting, here)
+    free = len(here.vector)
+    for _ in range(tries):
+        damped = here.information + damping * scale
+        # Numbers differ by many powers of ten: solve in their own sizes.
+        unit = 1.0 / np.sqrt(np.diag(damped))
+        step = (
+            unit
+            * np.linalg.lstsq(damped * np.outer(unit, unit), unit * here.gradient, rcond=1e-13)[0]
+        )
+        step /= max(1.0, float((np.abs(step) / reach).max()))
+        starts = [
+            s + m - slope @ step
+            for s, m, slope in zip(here.starts, here.start_steps, here.start_slopes, strict=True)
+        ]
+        try:
+            there = evaluate(
+                setting, here.vector + step[:free], _moved_terms(here.terms, step[free:]),
+                noise or here.noise, starts, here.motions,
+            )  # fmt: skip
+        except (InputError, OverflowError, np.linalg.LinAlgError):
+            there = None
+        if there is not None and there.value < here.value:
+            return there, max(damping / 100.0, _LEAST_DAMPING)
+        damping = max(10.0 * damping, 1e-4)
+    return here, damping
+
+
+def better_noise(setting: Setting, here: Fit, *, sizes: bool) -> NoiseModel:
+    """One step of the noise model.
+
+    Args:
+        setting: recordings.
+        here: the point.
+        sizes: whether only the torques' sizes move, at less than half of the work.
+    """
+    given = [
+        with_terms(s, here.terms, here.rig, m)
+        for s, m in zip(setting.samples, here.motions, strict=True)
+    ]
+    model = noise_step(
+        given, here.starts, here.rig, here.noise, robust=setting.robust,
+        only=(0, 1) if sizes else None,
+    )  # fmt: skip
+    return _rounded(setting, model)
+
+
+def _rounded(setting: Setting, model: NoiseModel) -> NoiseModel:
+    for name, key in (("encoder_u", "theta_u"), ("encoder_l", "theta_l")):
+        steps = [s.recording.quanta.get(key, math.inf) for s in setting.samples]
+        most = _MOST_ROUNDING * max(steps) / math.sqrt(12.0)
+        model = replace(model, **{name: min(getattr(model, name), most)})
+    return model
+
+
+def descend_jointly(
+    setting: Setting, start: Fit, *, limit: int, enough: float, sizes: bool = True
+) -> Fit:
+    """Alternate joint steps and noise steps until neither gains.
+
+    Args:
+        setting: recordings.
+        start: where to begin.
+        limit: most rounds.
+        enough: gain of a round (of minus twice the log likelihood) below which it ends.
+        sizes: whether only the torques' sizes follow.
+    """
+    here, damping = start, 1e-4
+    for _ in range(limit):
+        before = here.value
+        noise = better_noise(setting, here, sizes=sizes)
+        there, damping = joint_step(setting, here, min(damping, 1.0), noise, 2)
+        if there is here:
+            there = evaluate(setting, here.vector, here.terms, noise, here.starts, here.motions)
+            here = there if there.value < here.value else here
+            there, damping = joint_step(setting, here, min(damping, 1.0))
+        here = there
+        if before - here.value < enough:
+            break
+    return here
