@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import control as ct
@@ -109,7 +110,7 @@ def noise_levels(config: EnvConfig) -> FloatArray:
     return np.maximum(np.array([np.sqrt(2.0) * count, speed, speed]), 1e-5)
 
 
-class ScheduledLaw:
+class ScheduledLaw(ABC):
     """A controller that follows one linear law per set point.
 
     Laws are designed when a set point is first met and kept; set points share a law within
@@ -130,9 +131,9 @@ class ScheduledLaw:
         self._memory = np.zeros((0, 0))
         self._setpoints = np.zeros(0)
 
+    @abstractmethod
     def law(self, setpoint: float) -> Law:
         """The linear law at a set point (rad/s)."""
-        raise NotImplementedError
 
     def reset(self, n: int) -> None:
         """Forget every state."""

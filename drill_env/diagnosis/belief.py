@@ -14,11 +14,12 @@ from drill_env.diagnosis.terms import Shape, Term
 from drill_env.identification.coordinates import inverse
 from drill_env.parameters import Rig
 
-TEMPERATURE = 40.0
+TEMPERATURE = 10.0
 """By which differences of the information criterion are divided before they count as evidence.
 
 The candidates' formulas are not the rig's own physics to the last digit, so a difference means
-less than chance alone would say. Set on development cases, see the proof.
+less than chance alone would say. Chosen by judgement, not fitted: the proof gives the calibration
+error.
 """
 
 _Z = 1.959964
@@ -44,10 +45,21 @@ def probabilities(found: Round) -> dict[str, float]:
 
 def _warmth(most: float) -> float:
     # Where thousands are gained, hundreds are lost to the form of the formula alone.
-    return TEMPERATURE / 4.0 + 0.02 * max(most, 0.0)
+    return TEMPERATURE + 0.02 * max(most, 0.0)
 
 
-def numbers_of(setting: Setting, fit: Fit, term: Term) -> dict[str, Number]:
+def chance(gain: float) -> float:
+    """Probability of a finding that stands against "none" alone.
+
+    Args:
+        gain: of the information criterion, or the square of its standard deviations.
+    """
+    if math.isinf(gain):
+        return 1.0
+    return 1.0 / (1.0 + math.exp(min(-(gain - NEEDED) / (2.0 * _warmth(gain)), 700.0)))
+
+
+def numbers_of(fit: Fit, term: Term) -> dict[str, Number]:
     """The numbers of a named term with their 95 % intervals."""
     if isinstance(term.source, Shape):
         return {}

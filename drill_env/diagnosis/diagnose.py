@@ -10,12 +10,19 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from drill_env._errors import InputError
-from drill_env.diagnosis.belief import changes, numbers_of, probabilities, rivals, significant
+from drill_env.diagnosis.belief import (
+    chance,
+    changes,
+    numbers_of,
+    probabilities,
+    rivals,
+    significant,
+)
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.extended import Fit, Setting
 from drill_env.diagnosis.faults import Fault, find_faults
 from drill_env.diagnosis.held_out import Judged, judge, noise_floor, rms
-from drill_env.diagnosis.law import law_fit
+from drill_env.diagnosis.law import LawFit, law_fit
 from drill_env.diagnosis.locate import describe, locate
 from drill_env.diagnosis.next_experiment import next_experiment
 from drill_env.diagnosis.options import DiagnosisOptions
@@ -119,7 +126,7 @@ def _diagnose(
     base_setting = law.setting if law else found.setting
     found, before, after = _judged(found, base_setting, base, held)
     faults = [f for f in find_faults(found.setting, found.final) if f.id not in options.leave_out]
-    result = _result(found, base, rig, law is not None, faults, before, after, held, options)
+    result = _result(found, base, rig, law, faults, before, after, held, options)
     return Diagnosis(
         result, found, rig, extended_rig(found.final.rig, found.final.terms), before, after,
         tuple(s.recording.source for s in held),
@@ -144,13 +151,13 @@ def _judged(
 
 
 def _result(
-    found: Found, base: Fit, start: Rig, new_law: bool, faults: list[Fault],
+    found: Found, base: Fit, start: Rig, law: LawFit | None, faults: list[Fault],
     before: tuple[Judged, ...], after: tuple[Judged, ...], held: Sequence[Samples],
     options: DiagnosisOptions,
 ) -> DiagnosisResult:  # fmt: skip
     final, setting = found.final, found.setting
     changed = changes(setting, final, start, seed=options.seed)
-    effects = _effects(found, base, new_law, faults)
+    effects = _effects(found, law, faults)
     shaped = [t for t in final.terms if not is_named(t)]
     verdict = _verdict(found, effects, shaped, changed, options)
     leading = final.terms[0] if final.terms else None
@@ -204,10 +211,10 @@ def _law_located(effects: list[NamedEffect]) -> Located | None:
     )  # fmt: skip
 
 
-def _effects(found: Found, base: Fit, new_law: bool, faults: list[Fault]) -> list[NamedEffect]:
+def _effects(found: Found, law: LawFit | None, faults: list[Fault]) -> list[NamedEffect]:
     effects = []
-    if new_law:
-        effects.append(_law_effect(found))
+    if law is not None:
+        effects.append(_law_effect(found, law.gain))
     lost = {effect.id: effect for effect in _lost_counts(found)}
     for term in found.final.terms:
         if term.id in lost:
@@ -215,16 +222,20 @@ def _effects(found: Found, base: Fit, new_law: bool, faults: list[Fault]) -> lis
         if not isinstance(term.source, Named):
             continue
         effect = term.source.effect
-        chance = max((probabilities(r).get(term.id, 0.0) for r in found.rounds), default=1.0)
+        believed = max((probabilities(r).get(term.id, 0.0) for r in found.rounds), default=1.0)
         effects.append(
             NamedEffect(
-                effect.id, effect.component, chance, numbers_of(found.setting, found.final, term),
+                effect.id, effect.component, believed, numbers_of(found.final, term),
                 effect.formula, effect.meaning, list(effect.aliases),
             )
         )  # fmt: skip
     for fault in faults:
         numbers = {k: Number(*v) for k, v in fault.parameters.items()}
-        effects.append(NamedEffect(fault.id, "sensor", 0.99, numbers, fault.text, fault.text, []))
+        effects.append(
+            NamedEffect(
+                fault.id, "sensor", chance(fault.score**2), numbers, fault.text, fault.text, []
+            )
+        )
     return effects
 
 
@@ -255,7 +266,7 @@ def _lost_counts(found: Found) -> list[NamedEffect]:
     return effects
 
 
-def _law_effect(found: Found) -> NamedEffect:
+def _law_effect(found: Found, gain: float) -> NamedEffect:
     rig = found.final.rig
     changed = changes(found.setting, found.final, rig)
     numbers = {
@@ -265,7 +276,7 @@ def _law_effect(found: Found) -> NamedEffect:
         if (c := changed.get(name)) is not None
     }  # fmt: skip
     return NamedEffect(
-        "friction_shape", "lower", 0.99, numbers,
+        "friction_shape", "lower", chance(gain), numbers,
         "T_l = Tsl + T1 (1 - 2/(1+e^(beta1 w))) + T2 (1 - 2/(1+e^(beta2 w))) + bl w",
         "The brake's friction rises, falls and rises again with speed: the humped law of the "
         "paper, equation (7).",

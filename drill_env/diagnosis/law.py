@@ -23,11 +23,13 @@ class LawFit:
         setting: of the fit before.
         before: the rig with its own law, fitted.
         found: the search with the humped law.
+        gain: of the information criterion over the search with its own law.
     """
 
     setting: Setting
     before: Fit
     found: Found
+    gain: float
 
 
 def law_fit(
@@ -50,6 +52,5 @@ def law_fit(
     kept = set(plain.setting.coordinates.free) | set(_LOWER)
     free = [n for n in SYMBOLS if n in active_names(humped) & kept]
     found = find(samples, humped, free, effects, most=most, doubt=doubt, report=report)
-    if plain.final.bic - found.final.bic < NEEDED:
-        return None
-    return LawFit(plain.setting, plain.base, found)
+    gain = plain.final.bic - found.final.bic
+    return LawFit(plain.setting, plain.base, found, gain) if gain >= NEEDED else None

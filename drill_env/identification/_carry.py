@@ -79,7 +79,7 @@ def step(row, decay_u, decay_l, loads, state, moved):
 
 
 @kernel
-def smooth(path, t, rate, restarts, filtered, r, moved, states, variances, pull, misread):
+def smooth(path, t, rate, restarts, filtered, r, moved, states, pull, misread):
     """Smooth the states (Bryson and Frazier) and find where the likelihood pulls.
 
     Args:
@@ -91,8 +91,6 @@ def smooth(path, t, rate, restarts, filtered, r, moved, states, variances, pull,
         r: working array, shape (6,).
         moved: working array, shape (6,).
         states: filled with the smoothed states, shape (n, 6).
-        variances: filled with those of the smoothed latent torques, Nm^2, shape (n, 2); what the
-            samples after a row take from the filter's.
         pull: filled with the likelihood's slope by a torque on each disc over the interval after
             each row, 1/Nm, shape (n, 2).
         misread: filled with its slope by an error of each reading, 1/rad, shape (n, 2).
@@ -109,7 +107,6 @@ def smooth(path, t, rate, restarts, filtered, r, moved, states, variances, pull,
             states[k, i] = filtered[k, i]
             for j in range(N_FILTER):
                 states[k, i] += row.P[i, j] * r[j]
-        variances[k, 0], variances[k, 1] = row.P[D_U, D_U], row.P[D_L, D_L]
         for e in range(1, -1, -1):
             score = row.white[e] * row.weight[e]
             for i in range(N_FILTER):

@@ -38,11 +38,11 @@ def smoothed(samples: Samples, noise: NoiseModel, path: Path) -> Smoothed:
         path: the pass.
     """
     n = len(samples.t)
-    states, variances, pull, misread = (np.zeros((n, m)) for m in (N_FILTER, 2, 2, 2))
+    states, pull, misread = (np.zeros((n, m)) for m in (N_FILTER, 2, 2))
     rate = np.array([1.0 / noise.tau_u, 1.0 / noise.tau_l])
     smooth(
         path.rows, samples.t, rate, samples.restarts, path.trace.state, np.zeros(N_FILTER),
-        np.zeros(N_FILTER), states, variances, pull, misread,
+        np.zeros(N_FILTER), states, pull, misread,
     )  # fmt: skip
     return Smoothed(states, pull, misread)
 
