@@ -176,7 +176,10 @@ def test_gear_agrees_with_two_discs_of_ones_own():
         rates, (0, 6), start, method="DOP853", rtol=1e-10, atol=1e-12, t_eval=T[:1201]
     )
     truth = found.y[:4].T
-    effect = {"id": "gear_compliance", "stiffness": stiffness, "motor_share": share}
+    effect = {
+        "id": "gear_compliance", "stiffness": stiffness, "motor_share": share,
+        "friction_share": 1.0,
+    }  # fmt: skip
     ours = simulate(extended(effect), wave, 6.0, initial=truth[0]).state
     np.testing.assert_array_less(np.abs(ours - truth).max(0), 1e-3 * np.abs(truth).max(0))
 
@@ -336,8 +339,13 @@ NEUTRAL = {
     "slew_limit": {"rate": 1e4},
     "actuator_lag": {"time_constant": 1e-4},
     "input_delay": {"delay": 0.0},
-    "gear_compliance": {"stiffness": 1e5, "motor_share": 0.5},
-    "gear_backlash": {"gap": 1e-4, "stiffness": 1e5, "motor_share": 0.5},
+    "gear_compliance": {"stiffness": 1e5, "motor_share": 0.5, "friction_share": 1.0},
+    "gear_backlash": {
+        "gap": 1e-4,
+        "stiffness": 1e5,
+        "motor_share": 0.5,
+        "friction_share": 1.0,
+    },  # fmt: skip
     "string_play": {"gap": 1e-3},
     "string_inertia": {"frequency": 100.0},
     "friction_lag": {"time_constant": 5e-4},

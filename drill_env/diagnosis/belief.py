@@ -9,7 +9,7 @@ import numpy as np
 
 from drill_env.diagnosis.extended import Fit, Setting
 from drill_env.diagnosis.result import Change, Number
-from drill_env.diagnosis.search import NEEDED, Round, clearly
+from drill_env.diagnosis.rounds import NEEDED, Found, Round, clearly
 from drill_env.diagnosis.terms import Shape, Term
 from drill_env.identification.coordinates import inverse
 from drill_env.parameters import Rig
@@ -31,16 +31,26 @@ def probabilities(found: Round) -> dict[str, float]:
     Args:
         found: one round of the search.
     """
-    evidence = {"none": NEEDED}
-    for attempt in found.named:
-        evidence[attempt.term.id] = attempt.criterion
+    evidence = {attempt.term.id: attempt.criterion for attempt in found.named}
     for attempt in found.shapes:
         # A shape bends to anything: it must explain clearly more than a name.
         evidence[attempt.term.id] = attempt.criterion - clearly(attempt.criterion)
+    return _shares(evidence)
+
+
+def _shares(evidence: dict[str, float]) -> dict[str, float]:
+    evidence = {"none": NEEDED, **evidence}
     most = max(evidence.values())
     weights = {k: math.exp((v - most) / (2.0 * _warmth(most))) for k, v in evidence.items()}
     total = sum(weights.values())
     return {name: weight / total for name, weight in weights.items()}
+
+
+def belief_in(found: Found, name: str) -> float:
+    """Probability of an effect that was found, beside the other one where there is one."""
+    if name in found.contests:
+        return _shares(found.contests[name])[name]
+    return max((probabilities(r).get(name, 0.0) for r in found.rounds), default=1.0)
 
 
 def _warmth(most: float) -> float:
@@ -59,8 +69,14 @@ def chance(gain: float) -> float:
     return 1.0 / (1.0 + math.exp(min(-(gain - NEEDED) / (2.0 * _warmth(gain)), 700.0)))
 
 
-def numbers_of(fit: Fit, term: Term) -> dict[str, Number]:
-    """The numbers of a named term with their 95 % intervals."""
+def numbers_of(fit: Fit, term: Term, scale: float = 0.0) -> dict[str, Number]:
+    """The numbers of a named term with their 95 % intervals.
+
+    Args:
+        fit: with the term.
+        term: of it.
+        scale: relative standard deviation of the scale of torque, which angles do not tell.
+    """
     if isinstance(term.source, Shape):
         return {}
     covariance = inverse(fit.information)
@@ -72,6 +88,7 @@ def numbers_of(fit: Fit, term: Term) -> dict[str, Number]:
     deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))[place : place + len(term.q)]
     out = {}
     for p, value, s in zip(term.source.effect.parameters, term.q, deviation, strict=True):
+        s = math.hypot(s, scale * value) if "Nm" in p.unit else s
         out[p.name] = Number(float(value), float(value - _Z * s), float(value + _Z * s), p.unit)
     return out
 

@@ -11,13 +11,14 @@ from threadpoolctl import threadpool_limits
 
 from drill_env._errors import InputError
 from drill_env.diagnosis.belief import (
+    belief_in,
     chance,
     changes,
     numbers_of,
-    probabilities,
     rivals,
     significant,
 )
+from drill_env.diagnosis.contest import trimmed
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.extended import Fit, Setting
 from drill_env.diagnosis.faults import Fault, find_faults
@@ -35,7 +36,8 @@ from drill_env.diagnosis.result import (
     Number,
     Verdict,
 )
-from drill_env.diagnosis.search import NEEDED, Found, find, is_named, trimmed
+from drill_env.diagnosis.rounds import NEEDED, Found, clearly, is_named
+from drill_env.diagnosis.search import find
 from drill_env.diagnosis.sentences import sentences
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Named, Term
@@ -49,6 +51,8 @@ Report = Callable[[str], None]
 _ANGLES = ("theta_u", "theta_l")
 # A name that leaves over more than this share of its gain is doubted.
 _LEFT_OVER = 0.3
+# So many times the needed gain is plain evidence; by this share of it held-out recordings may lose.
+_PLAIN, _HARMLESS = 3.0, 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,18 +137,39 @@ def _diagnose(
     )  # fmt: skip
 
 
+def _gain(before: Sequence[Judged], after: Sequence[Judged]) -> float:
+    return sum(j.value for j in before) - sum(j.value for j in after)
+
+
+def _named_or_not(
+    found: Found, before: Sequence[Judged], held: Sequence[Samples]
+) -> tuple[Found, tuple[Judged, ...]]:
+    """A free shape takes the place of a name only if held-out recordings prefer it as clearly."""
+    after = tuple(judge(s, found.setting, found.final) for s in held)
+    if found.nameless is None:
+        return found, after
+    other = tuple(judge(s, found.setting, found.nameless) for s in held)
+    named = _gain(before, after)
+    if held and found.final.terms and _gain(before, other) <= named + clearly(named):
+        return replace(found, nameless=None), after
+    return replace(found, final=found.nameless, contests={}), other
+
+
 def _judged(
     found: Found, base_setting: Setting, base: Fit, held: Sequence[Samples]
 ) -> tuple[Found, tuple[Judged, ...], tuple[Judged, ...]]:
     """Judge before and after; a term that does not help on held-out recordings is dropped."""
     before = tuple(judge(s, base_setting, base) for s in held)
-    after = tuple(judge(s, found.setting, found.final) for s in held)
+    found, after = _named_or_not(found, before, held)
     while held and found.final.terms and not isinstance(found.final.terms[-1].source, Slips):
         fewer = trimmed(found)
         alone = tuple(judge(s, fewer.setting, fewer.final) for s in held)
-        likelier = sum(j.value for j in after) < sum(j.value for j in alone) - 2.0
+        gain = _gain(alone, after)
         nearer = any(rms(after, "short", i) < 0.9 * rms(alone, "short", i) for i in range(2))
-        if likelier or nearer:
+        # Other signals may leave at rest what the fitted ones show plainly.
+        shown = fewer.final.bic - found.final.bic
+        harmless = shown > _PLAIN * NEEDED and gain > -_HARMLESS * shown
+        if gain > 2.0 or nearer or harmless:
             break
         found, after = fewer, alone
     return found, before, after
@@ -157,7 +182,8 @@ def _result(
 ) -> DiagnosisResult:  # fmt: skip
     final, setting = found.final, found.setting
     changed = changes(setting, final, start, seed=options.seed)
-    effects = _effects(found, law, faults)
+    scale = 0.0 if "Ju" in options.fixed else options.doubt
+    effects = _effects(found, law, faults, scale)
     shaped = [t for t in final.terms if not is_named(t)]
     verdict = _verdict(found, effects, shaped, changed, options)
     leading = final.terms[0] if final.terms else None
@@ -211,7 +237,9 @@ def _law_located(effects: list[NamedEffect]) -> Located | None:
     )  # fmt: skip
 
 
-def _effects(found: Found, law: LawFit | None, faults: list[Fault]) -> list[NamedEffect]:
+def _effects(
+    found: Found, law: LawFit | None, faults: list[Fault], scale: float
+) -> list[NamedEffect]:
     effects = []
     if law is not None:
         effects.append(_law_effect(found, law.gain))
@@ -222,10 +250,10 @@ def _effects(found: Found, law: LawFit | None, faults: list[Fault]) -> list[Name
         if not isinstance(term.source, Named):
             continue
         effect = term.source.effect
-        believed = max((probabilities(r).get(term.id, 0.0) for r in found.rounds), default=1.0)
         effects.append(
             NamedEffect(
-                effect.id, effect.component, believed, numbers_of(found.final, term),
+                effect.id, effect.component, belief_in(found, term.id),
+                numbers_of(found.final, term, scale),
                 effect.formula, effect.meaning, list(effect.aliases),
             )
         )  # fmt: skip
@@ -257,7 +285,7 @@ def _lost_counts(found: Found) -> list[NamedEffect]:
         effect = LIBRARY[name]
         effects.append(
             NamedEffect(
-                name, "sensor", max(probabilities(r).get(name, 0.0) for r in found.rounds),
+                name, "sensor", belief_in(found, name),
                 numbers, "steps of `size`, on average `rate` a second, on the reading",
                 f"The {name.rsplit('_', 1)[1]} encoder loses counts at single moments.",
                 list(effect.aliases),

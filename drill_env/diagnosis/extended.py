@@ -14,7 +14,13 @@ from drill_env.diagnosis.terms import Shape, Term, corrected, with_terms
 from drill_env.effects.along import Motion
 from drill_env.identification.coordinates import POSITIVE, Coordinates
 from drill_env.identification.noise import NoiseModel
-from drill_env.identification.prediction_error import Path, Samples, path_of, value_of
+from drill_env.identification.prediction_error import (
+    Path,
+    Samples,
+    Trace,
+    path_of,
+    value_of,
+)
 from drill_env.identification.smoothing import slopes_of, smoothed
 from drill_env.parameters import SYMBOLS, Rig
 
@@ -59,6 +65,7 @@ class Fit:
         start_steps: Gauss-Newton steps of the starts while the rest stays.
         start_slopes: what they lose for each unit of (coordinates, terms' numbers).
         count: samples predicted.
+        traces: of each recording's filter.
     """
 
     vector: FloatArray
@@ -73,6 +80,7 @@ class Fit:
     start_steps: tuple[FloatArray, ...]
     start_slopes: tuple[FloatArray, ...]
     count: int
+    traces: tuple[Trace, ...]
 
     @property
     def numbers(self) -> int:
@@ -95,6 +103,7 @@ class _Part:
     start_step: FloatArray
     start_slope: FloatArray
     count: int
+    trace: Trace
 
 
 def motion_of(samples: Samples, noise: NoiseModel, path: Path) -> Motion:
@@ -168,8 +177,15 @@ def _part(
         slopes[i, free] = across
         gradient = gradient - across.T @ pull
         information = information - across.T @ inner @ across
-    value = path.value + float(np.sum(weights * miss**2))
-    return _Part(value, gradient, information, steps, slopes, int(used.sum()))
+    value = path.value + lost_value(samples, given, path.value, int(used.sum()))
+    value += float(np.sum(weights * miss**2))
+    return _Part(value, gradient, information, steps, slopes, int(used.sum()), path.trace)
+
+
+def lost_value(samples: Samples, given: Samples, value: float, used: int) -> float:
+    """What angles that a term takes out of a recording would have added, were they as the rest."""
+    lost = int(np.isfinite(samples.angles).sum() - np.isfinite(given.angles).sum())
+    return lost * value / max(used, 1)
 
 
 def evaluate(
@@ -204,7 +220,7 @@ def evaluate(
     return Fit(
         vector, rig, terms, noise, tuple(starts), tuple(motions), value, gradient, information,
         tuple(p.start_step for p in parts), tuple(p.start_slope for p in parts),
-        sum(p.count for p in parts),
+        sum(p.count for p in parts), tuple(p.trace for p in parts),
     )  # fmt: skip
 
 
@@ -226,6 +242,19 @@ def prior_weight(setting: Setting, centre: FloatArray) -> FloatArray:
         for name, value in zip(setting.coordinates.free, centre.tolist(), strict=True)
     ]
     return 1.0 / (setting.doubt * np.array(spread)) ** 2
+
+
+def strain(setting: Setting, here: Fit) -> float:
+    """How far the rig was pulled from the start, in squared standard deviations."""
+    centre = setting.coordinates.vector(setting.coordinates.base)
+    return float(prior_weight(setting, centre) @ (here.vector - centre) ** 2)
+
+
+def unstrained(setting: Setting, here: Fit) -> Fit:
+    """The point with the rig that was given in place of the fitted one."""
+    centre = setting.coordinates.vector(setting.coordinates.base)
+    there = evaluate(setting, centre, here.terms, here.noise, here.starts, here.motions)
+    return with_new_motions(setting, there)
 
 
 def with_new_motions(setting: Setting, here: Fit) -> Fit:
@@ -270,9 +299,10 @@ def gain_of(setting: Setting, here: Fit, term: Term) -> float:
         samples, old, new, motion = job
         before = with_terms(samples, here.terms, here.rig, motion)
         after = with_terms(before, (term,), here.rig, motion)
-        return value_of(before, here.rig, here.noise, old, setting.robust) - value_of(
-            after, here.rig, here.noise, new, setting.robust
-        )
+        old_value = value_of(before, here.rig, here.noise, old, setting.robust)
+        value = value_of(after, here.rig, here.noise, new, setting.robust)
+        count = int(np.isfinite(after.angles).sum())
+        return old_value - value - lost_value(before, after, value, count)
 
     jobs = list(zip(setting.samples, here.starts, starts, here.motions, strict=True))
     with ThreadPoolExecutor(THREADS) as pool:

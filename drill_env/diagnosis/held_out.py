@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
 from drill_env.diagnosis.declare import extended_rig
-from drill_env.diagnosis.extended import Fit, Setting, motion_of
+from drill_env.diagnosis.extended import Fit, Setting, lost_value, motion_of
 from drill_env.diagnosis.terms import Term, with_terms
 from drill_env.effects.along import Motion
 from drill_env.identification.noise import NoiseModel
@@ -65,8 +65,9 @@ def judge(samples: Samples, setting: Setting, fit: Fit) -> Judged:
     spans = np.unique(np.concatenate([rows, _rows_each(samples, HORIZON)])).astype(np.int64)
     free = _run_from(samples, fit.rig, terms, states, rows)
     short = _run_from(samples, fit.rig, terms, states, spans)
+    value = path.value + lost_value(samples, given, path.value, int(used.sum()))
     return Judged(
-        path.value, float(np.sum(-2.0 * np.log(w[used])) + used.sum()), int(used.sum()),
+        value, float(np.sum(-2.0 * np.log(w[used])) + used.sum()), int(used.sum()),
         free, short, samples.angles, motion, states[:, 4:],
     )  # fmt: skip
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.diagnosis.extended import Fit, Setting, evaluate
+from drill_env.diagnosis.extended import Fit, Setting, evaluate, with_new_motions
 from drill_env.diagnosis.terms import Shape, Term, with_terms
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_fit import noise_step
@@ -20,6 +20,12 @@ _TRIES = 6
 _MOST_ROUNDING = 2.0
 
 _LEAST_DAMPING = 1e-9
+
+LAST_ROUNDS = 15
+"""Most rounds of a fit that is carried to its end."""
+
+# Change of the logarithms of a noise model that counts as none.
+_STILL = 0.03
 
 
 def _moved_terms(terms: tuple[Term, ...], step: FloatArray) -> tuple[Term, ...]:
@@ -101,7 +107,7 @@ def better_noise(setting: Setting, here: Fit, *, sizes: bool) -> NoiseModel:
     ]
     model = noise_step(
         given, here.starts, here.rig, here.noise, robust=setting.robust,
-        only=(0, 1) if sizes else None,
+        only=(0, 1) if sizes else None, known=here.traces,
     )  # fmt: skip
     return _rounded(setting, model)
 
@@ -112,6 +118,10 @@ def _rounded(setting: Setting, model: NoiseModel) -> NoiseModel:
         most = _MOST_ROUNDING * max(steps) / math.sqrt(12.0)
         model = replace(model, **{name: min(getattr(model, name), most)})
     return model
+
+
+def _moved(one: NoiseModel, other: NoiseModel) -> float:
+    return float(np.abs(one.vector() - other.vector()).max())
 
 
 def descend_jointly(
@@ -126,10 +136,12 @@ def descend_jointly(
         enough: gain of a round (of minus twice the log likelihood) below which it ends.
         sizes: whether only the torques' sizes follow.
     """
-    here, damping = start, 1e-4
+    here, damping, settled = start, 1e-4, False
     for _ in range(limit):
         before = here.value
-        noise = better_noise(setting, here, sizes=sizes)
+        # A noise that hardly moved may rest for a round.
+        noise = here.noise if settled else better_noise(setting, here, sizes=sizes)
+        settled = not settled and _moved(noise, here.noise) < _STILL
         there, damping = joint_step(setting, here, min(damping, 1.0), noise, 2)
         if there is here:
             there = evaluate(setting, here.vector, here.terms, noise, here.starts, here.motions)
@@ -139,3 +151,14 @@ def descend_jointly(
         if before - here.value < enough:
             break
     return here
+
+
+def polished(setting: Setting, fit: Fit) -> Fit:
+    """The fit carried on to its end, its motions told anew, all of the noise free."""
+    for _ in range(3):
+        before = fit.value
+        fit = with_new_motions(setting, fit)
+        fit = descend_jointly(setting, fit, limit=LAST_ROUNDS, enough=0.5, sizes=False)
+        if abs(before - fit.value) < 5.0:
+            break
+    return fit

@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from drill_env.diagnosis.extended import Fit, Setting
-from drill_env.diagnosis.search import NEEDED, Found, find
+from drill_env.diagnosis.rounds import NEEDED, Found
+from drill_env.diagnosis.search import find
 from drill_env.effects import Effect
 from drill_env.identification.coordinates import active_names
 from drill_env.identification.prediction_error import Samples

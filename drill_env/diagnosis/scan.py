@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drill_env._types import FloatArray
+from drill_env._types import BoolArray, FloatArray
 from drill_env.diagnosis.extended import THREADS
 from drill_env.diagnosis.grids import around, grid_of
 from drill_env.diagnosis.ground import Ground, Known
-from drill_env.diagnosis.terms import Named, Shape, Term, corrected
+from drill_env.diagnosis.terms import Named, Shape, Term, corrected, unread
 from drill_env.effects import Effect
 from drill_env.effects.along import Motion
 from drill_env.identification.smoothing import slopes_of
@@ -79,10 +79,18 @@ def _columns(term: Term, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArr
         for i, p in enumerate(effect.parameters):
             if p.role == "phase":
                 q[i] = turn
-        torque, error = term.source.response(q, rig, corrected(Term(term.source, q), motion))
+        turned = Term(term.source, q)
+        torque, error = term.source.response(q, rig, corrected(turned, motion))
+        _hold(error, unread(turned, motion))
         loads.append(torque)
         errors.append(error)
     return np.stack(loads, axis=2), np.stack(errors, axis=2)
+
+
+def _hold(error: FloatArray, lost: BoolArray) -> None:
+    # A jump to nothing where a reading is lost would look like all that there is.
+    for row in np.flatnonzero(lost.any(axis=1)):
+        error[row] = np.where(lost[row], error[max(row - 1, 0)], error[row])
 
 
 def _turns(effect: Effect) -> tuple[float, ...]:

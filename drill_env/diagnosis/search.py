@@ -4,107 +4,47 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from drill_env._types import FloatArray
+from drill_env.diagnosis.contest import contest
 from drill_env.diagnosis.extended import (
     Fit,
     Setting,
-    added,
     evaluate,
-    gain_of,
     motion_of,
+    strain,
+    unstrained,
     with_new_motions,
-    without,
 )
+from drill_env.diagnosis.first_look import first_look
 from drill_env.diagnosis.ground import ground_at
-from drill_env.diagnosis.joint import descend_jointly
+from drill_env.diagnosis.joint import descend_jointly, polished
+from drill_env.diagnosis.rounds import NEEDED, Attempt, Found, Round, clearly, is_named, nameless
 from drill_env.diagnosis.scan import Scored, score_effects, score_shapes
 from drill_env.diagnosis.shapes import free_shapes
-from drill_env.diagnosis.slips import Slips, slips
-from drill_env.diagnosis.terms import Named, Shape, Term
+from drill_env.diagnosis.slips import slips
 from drill_env.effects import Effect
 from drill_env.identification.coordinates import Coordinates
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.prediction_error import Samples, path_of
 from drill_env.parameters import Rig
 
-NEEDED = 20.0
-"""Gain of the information criterion below which an effect is not believed in."""
-
 _RELEASE = 6.0
 _WIDE, _WIDE_SHAPES = 12, 5
 _TRIED, _TRIED_SHAPES = 6, 2
-_SHARES = (1.0, 0.5, 0.2, 0.07)
-_BASE_ROUNDS, _TRY_ROUNDS, _LAST_ROUNDS = 25, 6, 15
-_FIRST_ROUNDS = 2
+_BASE_ROUNDS = 25
+_FIRST_ROUNDS, _HOME_ROUNDS = 2, 5
+# Squared standard deviations a parameter above which a fitted rig counts as bent.
+_STRAINED = 3.0
 # Rounds more for candidates whose gain is not below this share of the best one's, and how many.
-_HEATS = ((4, 0.3, 6), (10, 0.5, 3))
-# By this share more must a free shape explain before a name gives way to it.
-_NAMELESS = 0.15
+# The last ones get motions that are told anew with the candidate in place.
+_HEATS = ((4, 0.3, 6, False), (6, 0.4, 3, True), (6, 0.5, 3, True))
 # Scores fall short of the gain that a fit with its noise reaches.
 _SLACK = 15.0
 
 Report = Callable[[str], None]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Attempt:
-    """A candidate fitted together with the rig and the noise.
-
-    Attributes:
-        fit: the fit with it.
-        term: the candidate in it.
-        gain: fall of minus twice the log likelihood against the fit without it.
-        criterion: the same less the price of its numbers.
-    """
-
-    fit: Fit
-    term: Term
-    gain: float
-    criterion: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Round:
-    """One search at one fit.
-
-    Attributes:
-        before: the fit that was searched.
-        scores: of all effects and shapes, before any was fitted.
-        named: attempts with effects, best first.
-        shapes: attempts with free shapes, best first.
-    """
-
-    before: Fit
-    scores: tuple[Scored, ...]
-    named: tuple[Attempt, ...]
-    shapes: tuple[Attempt, ...]
-
-    @property
-    def best(self) -> Attempt | None:
-        """The best of all."""
-        both = sorted((*self.named, *self.shapes), key=lambda a: -a.criterion)
-        return both[0] if both else None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Found:
-    """What a search came to.
-
-    Attributes:
-        setting: recordings and free parameters.
-        base: the rig alone, fitted.
-        rounds: one for each effect that was looked for.
-        final: the fit with all that is believed in.
-    """
-
-    setting: Setting
-    base: Fit
-    rounds: tuple[Round, ...]
-    final: Fit
 
 
 def base_fit(
@@ -147,21 +87,20 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
         s for s in (*named[:_WIDE], *shapes[:_WIDE_SHAPES]) if s.gain - s.numbers * price > -_SLACK
     ]
     hopeful += [Scored(term, gain) for term, gain in lost if gain - len(term.q) * price > 0.0]
-    looked = sorted((_first_look(setting, fit, s) for s in hopeful), key=lambda pair: -pair[0])
-    names = [t for _, t in looked if is_named(t)][:_TRIED]
-    free = [t for _, t in looked if not is_named(t)][:_TRIED_SHAPES]
+    looked = sorted((first_look(setting, fit, s) for s in hopeful), key=lambda pair: -pair[0])
+    starts = [start for _, start in looked]
+    names = [start for start in starts if is_named(start.terms[-1])][:_TRIED]
+    free = [start for start in starts if not is_named(start.terms[-1])][:_TRIED_SHAPES]
     done: list[Attempt] = []
-    for term in (*names, *free):
-        report(f"trying {term.id}")
-        done.append(_attempt(setting, fit, added(setting, fit, term), _FIRST_ROUNDS))
-    for rounds, hope, most in _HEATS:
-        done.sort(key=lambda a: -a.gain)
-        least = max(hope * done[0].gain, 5.0) if done else 0.0
-        done = [
-            _attempt(setting, fit, a.fit, rounds) if i < most and a.gain > least else a
-            for i, a in enumerate(done)
-        ]
-    done.sort(key=lambda a: -a.criterion)
+    for start in (*names, *free):
+        report(f"trying {start.terms[-1].id}")
+        done.append(_attempt(setting, fit, start, _FIRST_ROUNDS))
+    done = _heated(setting, fit, done)
+    if not fit.terms and done and strain(setting, done[0].fit) > _STRAINED * len(fit.vector):
+        report("trying from the given rig")
+        starts = _from_home(setting, fit, effects)
+        done += _heated(setting, fit, [_attempt(setting, fit, s, _HOME_ROUNDS) for s in starts])
+    done = _best_of_each(done)
     return Round(
         fit, (*named, *shapes),
         tuple(a for a in done if is_named(a.term)),
@@ -169,40 +108,39 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     )  # fmt: skip
 
 
-def _first_look(setting: Setting, fit: Fit, scored: Scored) -> tuple[float, Term]:
-    """The first of the scored size and ever smaller ones that helps; linear scores overreach."""
-    best = (-np.inf, scored.term)
-    for share in _SHARES:
-        term = Term(scored.term.source, _scaled(scored.term, share))
-        gain = gain_of(setting, fit, term)
-        if gain > best[0]:
-            best = (gain, term)
-        if best[0] > 0.3 * scored.gain or (best[0] > 0.0 and gain < best[0]):
-            break
-    return best
+def _from_home(setting: Setting, fit: Fit, effects: Sequence[Effect]) -> list[Fit]:
+    """Candidates tried at the given rig: a rig that was bent to do without one hides it."""
+    home = unstrained(setting, fit)
+    named = score_effects(ground_at(setting, home), effects)[:_TRIED]
+    return [first_look(setting, home, s)[1] for s in named]
 
 
-def _scaled(term: Term, share: float) -> FloatArray:
-    if isinstance(term.source, Shape):
-        return term.q * share
-    roles = [p.role for p in term.source.effect.parameters]
-    return np.where([role == "amplitude" for role in roles], share, 1.0) * term.q
+def _heated(setting: Setting, fit: Fit, done: list[Attempt]) -> list[Attempt]:
+    """More rounds for the more hopeful ones, the best first."""
+    for rounds, hope, most, anew in _HEATS:
+        done.sort(key=lambda a: -a.gain)
+        least = max(hope * done[0].gain, 5.0) if done else 0.0
+        done = [
+            _attempt(setting, fit, a.fit, rounds, anew=anew) if i < most and a.gain > least else a
+            for i, a in enumerate(done)
+        ]
+    return sorted(done, key=lambda a: -a.gain)
 
 
-def _attempt(setting: Setting, fit: Fit, start: Fit, rounds: int) -> Attempt:
-    done = descend_jointly(setting, start, limit=rounds, enough=2.0)
+def _best_of_each(done: Sequence[Attempt]) -> list[Attempt]:
+    """Attempts by criterion, the best of each candidate only."""
+    best: dict[str, Attempt] = {}
+    for attempt in sorted(done, key=lambda a: -a.criterion):
+        best.setdefault(attempt.term.id, attempt)
+    return list(best.values())
+
+
+def _attempt(setting: Setting, fit: Fit, start: Fit, rounds: int, *, anew: bool = False) -> Attempt:
+    begin = with_new_motions(setting, start) if anew else start
+    done = descend_jointly(setting, begin, limit=rounds, enough=2.0)
+    if done.value > start.value:
+        done = start
     return Attempt(done, done.terms[-1], fit.value - done.value, fit.bic - done.bic)
-
-
-def polished(setting: Setting, fit: Fit) -> Fit:
-    """The fit carried on to its end, its motions told anew, all of the noise free."""
-    for _ in range(3):
-        before = fit.value
-        fit = with_new_motions(setting, fit)
-        fit = descend_jointly(setting, fit, limit=_LAST_ROUNDS, enough=0.5, sizes=False)
-        if abs(before - fit.value) < 5.0:
-            break
-    return fit
 
 
 def find(
@@ -240,48 +178,8 @@ def find(
         report(f"refining {chosen.term.id}")
         here = polished(setting, chosen.fit)
     named = base.bic - here.bic
-    if shaped is not None and base.bic - shaped.bic > named + clearly(named):
-        here = shaped
-    return Found(setting, base, tuple(rounds), _backward(setting, here, base))
-
-
-def clearly(gain: float) -> float:
-    """By how much more a free shape must explain than a name that explains this much."""
-    return max(NEEDED, _NAMELESS * abs(gain))
-
-
-def is_named(term: Term) -> bool:
-    """Whether a term stands for an effect of the library."""
-    return isinstance(term.source, (Named, Slips))
-
-
-def nameless(found: Round) -> bool:
-    """Whether a free shape explains clearly more than any name."""
-    if not found.shapes:
-        return False
-    shape = found.shapes[0].criterion
-    name = found.named[0].criterion if found.named else 0.0
-    return shape > NEEDED and shape > name + clearly(name)
-
-
-def _backward(setting: Setting, fit: Fit, base: Fit) -> Fit:
-    """Leave out what is no longer needed once the rest is there."""
-    if len(fit.terms) < 2:
-        return fit
-    for place in range(len(fit.terms) - 1):
-        fewer = descend_jointly(
-            setting, without(setting, fit, place), limit=_TRY_ROUNDS, enough=1.0, sizes=False
-        )
-        if fewer.bic - fit.bic < NEEDED:
-            return fewer
-    return fit
-
-
-def trimmed(found: Found) -> Found:
-    """What was found without the last term."""
-    final = found.final
-    if len(final.terms) < 2:
-        return replace(found, final=found.base)
-    fewer = without(found.setting, final, len(final.terms) - 1)
-    fewer = descend_jointly(found.setting, fewer, limit=_LAST_ROUNDS, enough=0.5, sizes=False)
-    return replace(found, final=fewer)
+    if shaped is not None and base.bic - shaped.bic <= named + clearly(named):
+        shaped = None
+    report("asking again what was found first")
+    here, contests = contest(setting, here, rounds)
+    return Found(setting, base, tuple(rounds), here, contests, shaped)

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from drill_env._types import FloatArray
+from drill_env._types import BoolArray, FloatArray
 from drill_env.effects import Effect
 from drill_env.effects.along import Motion, response_along
 from drill_env.identification.prediction_error import Samples
@@ -148,13 +148,28 @@ class Term:
 _LATE = {"encoder_delay_upper": 0, "encoder_delay_lower": 1}
 
 
+def _late_disc(term: Term) -> int | None:
+    return _LATE.get(term.id) if isinstance(term.source, Named) else None
+
+
+def unread(term: Term, given: Samples | Motion) -> BoolArray:
+    """Angles that a late encoder would have told only after an end or a gap, shape (n, 2)."""
+    none = np.zeros((len(given.t), 2), dtype=np.bool_)
+    disc = _late_disc(term)
+    if disc is not None:
+        ends = np.append(given.t[given.restarts[1:] - 1], given.t[-1])
+        window = np.searchsorted(given.restarts, np.arange(len(given.t)), side="right") - 1
+        none[:, disc] = given.t + float(term.q[0]) > ends[window] + 1e-9
+    return none
+
+
 def corrected(term: Term, motion: Motion) -> Motion:
     """The motion behind readings that are late, when it was told by the late readings.
 
     Other errors of the readings depend on the angle itself and hardly change with it.
     """
-    disc = _LATE.get(term.id)
-    if disc is None or not isinstance(term.source, Named):
+    disc = _late_disc(term)
+    if disc is None:
         return motion
     ahead = motion.t + float(term.q[0])
     states = motion.states.copy()
@@ -169,10 +184,14 @@ def corrected(term: Term, motion: Motion) -> Motion:
 
 
 def with_terms(samples: Samples, terms: tuple[Term, ...], rig: Rig, motion: Motion) -> Samples:
-    """The recording as the filter reads it when the terms are known."""
+    """The recording as the filter reads it when the terms are known.
+
+    What a late encoder says of the last moments is not there to be read: those angles are missing.
+    """
     loads, angles = samples.loads.copy(), samples.angles.copy()
     for term in terms:
         torque, error = term.source.response(term.q, rig, motion)
         loads += torque
         angles -= error
+        angles[unread(term, samples)] = np.nan
     return replace(samples, loads=loads, angles=angles)

@@ -5,45 +5,50 @@ from drill_env.effects._signal import sign
 
 SUBSTEPS = 20
 # Of critical: gears ring for some periods.
-DAMPING = 0.1
+DAMPING = 0.07
 
 
 @kernel
-def motor_speed(p, omega, push, inertia, h):
-    """Speed of the motor after `h` s under a torque and the drive's whole friction."""
+def resisted(omega, push, size):
+    """Friction (Nm) against a speed, or what holds an inertia at rest against a push."""
+    if omega != 0.0:
+        return sign(omega) * size
+    return min(max(push, -size), size)
+
+
+@kernel
+def drive_friction(p, omega):
+    """Size (Nm) of the drive's whole friction at a speed."""
     side = sign(omega)
-    if side == 0.0:
-        side = sign(push)
-        if side == 0.0 or side * push <= p.Tsu + side * p.dTsu:
-            return 0.0
-    drag = side * p.Tsu + p.dTsu + (p.bu + side * p.dbu) * omega
-    new = omega + h * (push - drag) / inertia
-    return 0.0 if new * side < 0.0 else new
+    return max(p.Tsu + side * p.dTsu + (p.bu + side * p.dbu) * abs(omega), 0.0)
 
 
 @kernel
-def drive_torque(p, m, s, share, stiffness, gap):
+def drive_torque(p, m, s, share, stiffness, gap, at_motor):
     """Torque (Nm) that the rig's lumped upper disc lacks against one with a motor behind a spring.
 
-    The friction sits at the motor. m[0] is the motor's angle ahead of the disc, m[1] its speed.
+    m[0] is the motor's angle ahead of the disc, m[1] its rate. Both follow from the voltage and
+    the string's pull, not from the disc's measured motion: smoothing takes the gear's ringing out
+    of that. `at_motor` is the share of the friction that sits at the motor.
     """
-    inertia = share * p.Ju
-    if s.first:
-        m[0], m[1] = 0.0, s.omega_u
+    motor, disc = share * p.Ju, (1.0 - share) * p.Ju
     h = s.dt / SUBSTEPS
-    loss = 2.0 * DAMPING * (stiffness * inertia) ** 0.5
+    loss = 2.0 * DAMPING * (stiffness * motor * (1.0 - share)) ** 0.5
+    pull = p.ktheta * s.twist
     total = 0.0
-    for i in range(SUBSTEPS):
-        omega_u = s.omega_u + s.alpha_u * ((i + 0.5) * h - 0.5 * s.dt)
+    for _ in range(SUBSTEPS):
         wound = m[0] - min(max(m[0], -0.5 * gap), 0.5 * gap)
         torque = 0.0
         if wound != 0.0:
-            torque = stiffness * wound + loss * (m[1] - omega_u)
-        total += torque
-        m[1] = motor_speed(p, m[1], p.km * s.u - torque, inertia, h)
-        m[0] += h * (m[1] - omega_u)
-    pull = p.ktheta * s.twist
-    friction = sign(s.omega_u) * s.friction_u
-    if s.omega_u == 0.0:
-        friction = min(max(s.net_u, -s.friction_u), s.friction_u)
-    return (total / SUBSTEPS - pull) / (1.0 - share) - (s.net_u - friction)
+            torque = stiffness * wound + loss * m[1]
+        on_disc = torque - pull
+        on_disc -= resisted(s.omega_u, on_disc, (1.0 - at_motor) * s.friction_u)
+        speed = s.omega_u + m[1]
+        on_motor = p.km * s.u - torque
+        if at_motor > 0.0:
+            on_motor -= resisted(speed, on_motor, at_motor * drive_friction(p, speed))
+        total += on_disc
+        m[1] += h * (on_motor / motor - on_disc / disc)
+        m[0] += h * m[1]
+    friction = resisted(s.omega_u, s.net_u, s.friction_u)
+    return total / SUBSTEPS / (1.0 - share) - (s.net_u - friction)

@@ -7,8 +7,8 @@ from drill_env.effects._effect import Effect, shape
 
 @kernel
 def gear_backlash(p, q, m, s, out):
-    """motor of share J_u behind a spring with play: J_m dw_m/dt = km u - T_fu(w_m) - T_g."""
-    out.torque_u += drive_torque(p, m, s, q[1], q[2], q[0])
+    """motor behind play and a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu."""
+    out.torque_u += drive_torque(p, m, s, q[1], q[2], q[0], q[3])
 
 
 EFFECT = Effect(
@@ -21,6 +21,8 @@ EFFECT = Effect(
             "gap",
             "rad",
             (
+                0.002,
+                0.006,
                 0.02,
                 0.04,
                 0.08,
@@ -50,12 +52,23 @@ EFFECT = Effect(
             (
                 30.0,
                 300.0,
+                3000.0,
             ),
             low=1.0,
             high=100000.0,
         ),
+        shape(
+            "friction_share",
+            "1",
+            (
+                0.05,
+                1.0,
+            ),
+            low=0.01,
+            high=1.0,
+        ),
     ),
-    formula="motor of share J_u behind a spring with play: J_m dw_m/dt = km u - T_fu(w_m) - T_g",
+    formula="motor behind play and a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu",
     meaning="The drive has play: the motor moves free for a while.",
     kernel=gear_backlash,
     neighbours=(

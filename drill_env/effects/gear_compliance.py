@@ -7,8 +7,8 @@ from drill_env.effects._effect import Effect, shape
 
 @kernel
 def gear_compliance(p, q, m, s, out):
-    """motor of share J_u behind a spring: J_m dw_m/dt = km u - T_fu(w_m) - T_g."""
-    out.torque_u += drive_torque(p, m, s, q[1], q[0], 0.0)
+    """motor_share J_u behind a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu."""
+    out.torque_u += drive_torque(p, m, s, q[1], q[0], 0.0, q[2])
 
 
 EFFECT = Effect(
@@ -28,6 +28,8 @@ EFFECT = Effect(
                 120.0,
                 300.0,
                 800.0,
+                2000.0,
+                5000.0,
             ),
             low=0.1,
             high=100000.0,
@@ -43,8 +45,18 @@ EFFECT = Effect(
             low=0.01,
             high=0.95,
         ),
+        shape(
+            "friction_share",
+            "1",
+            (
+                0.05,
+                1.0,
+            ),
+            low=0.01,
+            high=1.0,
+        ),
     ),
-    formula="motor of share J_u behind a spring: J_m dw_m/dt = km u - T_fu(w_m) - T_g",
+    formula="motor_share J_u behind a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu",
     meaning="The drive's gear is springy.",
     kernel=gear_compliance,
     neighbours=(

@@ -6,16 +6,20 @@ from drill_env._jit import kernel
 from drill_env.effects._effect import Effect, amplitude, shape
 from drill_env.effects._signal import against
 
+# Share of `speed` at which steady contact stops growing older.
+_AT_REST = 0.05
+
 
 @kernel
 def rate_state(p, q, m, s, out):
-    """-sign(omega_l) torque ln(psi z), dpsi/dt = 1 - psi z, z = (|omega_l| + 0.01)/distance."""
-    speed = abs(s.omega_l) + 0.01
-    rest = q[1] / speed
+    """-sign(omega_l) torque ln((1 + sharp psi)/(1 + sharp psi_s)), dpsi/dt = 1 - psi/psi_s."""
+    # The steady part is a function of speed alone, which the brake's law has already.
+    rest = q[1] / (abs(s.omega_l) + _AT_REST * q[2])
     if s.first:
         m[0] = rest
     m[0] = rest + (m[0] - rest) * exp(-s.dt / rest)
-    extra = q[0] * log(m[0] / rest)
+    sharp = q[2] / q[1]
+    extra = q[0] * log((1.0 + sharp * m[0]) / (1.0 + sharp * rest))
     out.torque_l += against(s.omega_l, s.net_l, extra)
 
 
@@ -41,8 +45,10 @@ EFFECT = Effect(
             low=0.001,
             high=50.0,
         ),
+        shape("speed", "rad/s", (0.1, 0.7), low=0.001, high=50.0),
     ),
-    formula="-sign(omega_l) torque ln(psi z), dpsi/dt = 1 - psi z, z = (|omega_l| + 0.01)/distance",
+    formula="-sign(omega_l) torque ln((1 + sharp psi)/(1 + sharp psi_s)), dpsi/dt = 1 - psi/psi_s, "
+    "sharp = speed/distance, psi_s = distance/(|omega_l| + speed/20)",
     meaning="The brake remembers how long it has been in contact (rate and state).",
     kernel=rate_state,
     neighbours=(

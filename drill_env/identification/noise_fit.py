@@ -33,6 +33,7 @@ def noise_step(
     torques: bool = True,
     robust: float = math.inf,
     only: Sequence[int] | None = None,
+    known: Sequence[Trace] | None = None,
 ) -> NoiseModel:
     """One step of Fisher scoring on the six logarithms of a noise model that recordings share.
 
@@ -44,12 +45,15 @@ def noise_step(
         torques: whether the torques' size and correlation change, or the encoders' only.
         robust: standard deviations at which an innovation's weight ends.
         only: places of the values that move, in the order of `NoiseModel`; all by default.
+        known: traces at the present model, where they are at hand.
     """
     logs = noise.vector()
     free = np.arange(len(logs)) if torques else np.arange(4, len(logs))
     if only is not None:
         free = np.array(only)
-    tried = [logs, *(logs + _STEP * unit for unit in np.eye(len(logs))[free])]
+    tried = [logs + _STEP * unit for unit in np.eye(len(logs))[free]]
+    if known is None:
+        tried.insert(0, logs)
     jobs = [
         (samples, rig, NoiseModel.from_vector(logs), start, robust)
         for samples, start in zip(recordings, starts, strict=True)
@@ -59,8 +63,10 @@ def noise_step(
         traces = list(pool.map(lambda job: trace_of(*job), jobs))
     gradient = (_PRECISION * (logs - _PRIOR))[free]
     information = np.diag(_PRECISION[free])
-    for start in range(0, len(traces), len(tried)):
-        part = _scoring(traces[start], traces[start + 1 : start + len(tried)], robust)
+    for i in range(len(recordings)):
+        own = traces[i * len(tried) : (i + 1) * len(tried)]
+        base, moved = (own[0], own[1:]) if known is None else (known[i], own)
+        part = _scoring(base, moved, robust)
         gradient, information = gradient + part[0], information + part[1]
     step = np.linalg.solve(information, -gradient)
     step *= min(1.0, _LONGEST_STEP / max(float(np.abs(step).max()), 1e-12))

@@ -8,7 +8,7 @@ from typing import Any
 
 from drill_env.diagnosis.belief import probabilities, significant
 from drill_env.diagnosis.result import DiagnosisResult, Number
-from drill_env.diagnosis.search import Round
+from drill_env.diagnosis.rounds import Round
 from drill_env.diagnosis.terms import Shape, Term
 from drill_env.effects import LIBRARY
 from drill_env.parameters import Rig

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drill_env._types import FloatArray, IntArray
-from drill_env.diagnosis.search import Found
+from drill_env.diagnosis.rounds import Found
 from drill_env.diagnosis.shapes import middle
 from drill_env.diagnosis.terms import Term, with_terms
 from drill_env.effects.along import Motion

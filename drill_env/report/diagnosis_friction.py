@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.diagnosis.search import Found
+from drill_env.diagnosis.rounds import Found
 from drill_env.friction import lower_curve
 from drill_env.identification.coordinates import inverse
 from drill_env.parameters import Rig

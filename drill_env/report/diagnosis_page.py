@@ -9,7 +9,7 @@ from jinja2 import Environment, PackageLoader
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.diagnose import Diagnosis
-from drill_env.diagnosis.search import NEEDED
+from drill_env.diagnosis.rounds import NEEDED
 from drill_env.diagnosis.slips import Slips
 from drill_env.report._diagnosis_rows import (
     ANGLES,

@@ -1,0 +1,65 @@
+"""Terms of a fit against their rivals and against none, each beside the other terms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from drill_env.diagnosis.extended import Fit, Setting, added, evaluate, without
+from drill_env.diagnosis.joint import LAST_ROUNDS, descend_jointly, polished
+from drill_env.diagnosis.rounds import NEEDED, Found, Round
+from drill_env.diagnosis.slips import Slips
+
+_TRY_ROUNDS, _RIVAL_ROUNDS = 6, 10
+# Of the round in which a term was found, tried again beside what was found later.
+_RIVALS = 3
+
+
+def contest(
+    setting: Setting, fit: Fit, rounds: Sequence[Round]
+) -> tuple[Fit, dict[str, dict[str, float]]]:
+    """Ask again, beside what was found later, whether what was found first is the right one.
+
+    Args:
+        setting: recordings and free parameters.
+        fit: with all terms.
+        rounds: in which they were found, the first one first.
+
+    Returns:
+        The fit with what won, and of each term but the last what it and its rivals gain beside
+        the others. A term without which the others do as well is gone.
+    """
+    told: dict[str, dict[str, float]] = {}
+    for place in range(len(fit.terms) - 1):
+        start = without(setting, fit, place)
+        fewer = descend_jointly(setting, start, limit=_TRY_ROUNDS, enough=1.0, sizes=False)
+        if fewer.bic - fit.bic < NEEDED:
+            return fewer, {}
+        present = {t.id for t in fit.terms}
+        rivals = [a for a in rounds[place].named if a.term.id not in present][:_RIVALS]
+        if isinstance(fit.terms[place].source, Slips):
+            rivals = []
+        gains, best = {fit.terms[place].id: fewer.bic - fit.bic}, fit
+        for rival in rivals:
+            tried = added(setting, fewer, rival.term)
+            tried = descend_jointly(setting, tried, limit=_RIVAL_ROUNDS, enough=1.0)
+            gains[rival.term.id] = fewer.bic - tried.bic
+            if tried.bic < best.bic:
+                best = tried
+        if best is not fit:
+            # The new one stands last: the order of the terms is that of the rounds.
+            order = (*best.terms[:place], best.terms[-1], *best.terms[place:-1])
+            best = evaluate(setting, best.vector, order, best.noise, best.starts, best.motions)
+            fit = polished(setting, best)
+        told[fit.terms[place].id] = gains
+    return fit, told
+
+
+def trimmed(found: Found) -> Found:
+    """What was found without the last term."""
+    final = found.final
+    if len(final.terms) < 2:
+        return replace(found, final=found.base)
+    fewer = without(found.setting, final, len(final.terms) - 1)
+    fewer = descend_jointly(found.setting, fewer, limit=LAST_ROUNDS, enough=0.5, sizes=False)
+    return replace(found, final=fewer)

@@ -1,0 +1,86 @@
+"""First look at a candidate: from its linear score to a fit from which a descent can start."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drill_env._types import FloatArray
+from drill_env.diagnosis.extended import Fit, Setting, added, gain_of
+from drill_env.diagnosis.joint import joint_step
+from drill_env.diagnosis.scan import Scored
+from drill_env.diagnosis.terms import Named, Shape, Term
+
+# Share of the score that the scored size must gain to be believed.
+_TRUE_SCORE = 0.3
+# Factors by which effects without an amplitude are tried stronger and weaker.
+_CLIMBS = (2.0, 1.3)
+
+
+def first_look(setting: Setting, fit: Fit, scored: Scored) -> tuple[float, Fit]:
+    """A candidate at its scored size, or where one joint step from none of it leads.
+
+    Linear scores overreach: a torque that the rig's parameters would take back in part does harm
+    while they stay where they are.
+
+    Args:
+        setting: recordings and free parameters.
+        fit: without the candidate.
+        scored: the candidate.
+
+    Returns:
+        Fall of minus twice the log likelihood, and the fit with the candidate.
+    """
+    term = _climbed(setting, fit, scored.term) if _sizeless(scored.term) else scored.term
+    gain = gain_of(setting, fit, term)
+    if gain > _TRUE_SCORE * scored.gain or _sizeless(term):
+        return gain, added(setting, fit, term)
+    start = added(setting, fit, Term(term.source, _sized(term, 0.0)))
+    there, _ = joint_step(setting, start, 1e-4)
+    return fit.value - there.value, there
+
+
+def _sizeless(term: Term) -> bool:
+    """Whether no number of a term makes it vanish in proportion."""
+    if not isinstance(term.source, Named):
+        return False
+    return all(p.role != "amplitude" for p in term.source.effect.parameters)
+
+
+def _climbed(setting: Setting, fit: Fit, term: Term) -> Term:
+    """The size of an effect without an amplitude, where the likelihood itself is best.
+
+    Its score stands for one size only; another may be better by far.
+    """
+    assert isinstance(term.source, Named)
+    best = gain_of(setting, fit, term)
+    for factor in _CLIMBS:
+        for place in range(len(term.q)):
+            for way in (1.0 / factor, factor):
+                before = best
+                best, term = _uphill(setting, fit, term, best, place, way)
+                if best > before:
+                    break
+    return term
+
+
+def _uphill(
+    setting: Setting, fit: Fit, term: Term, best: float, place: int, way: float
+) -> tuple[float, Term]:
+    """One number of a term multiplied again and again while the likelihood grows."""
+    while True:
+        q = term.q.copy()
+        q[place] *= way
+        tried = Term(term.source, term.source.bounded(q))
+        if tried.q[place] == term.q[place]:
+            return best, term
+        gain = gain_of(setting, fit, tried)
+        if gain <= best:
+            return best, term
+        best, term = gain, tried
+
+
+def _sized(term: Term, share: float) -> FloatArray:
+    if isinstance(term.source, Shape):
+        return term.q * share
+    roles = [p.role for p in term.source.effect.parameters]
+    return np.where([role == "amplitude" for role in roles], share, 1.0) * term.q

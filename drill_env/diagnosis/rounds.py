@@ -1,0 +1,97 @@
+"""What a search leaves: attempts, rounds, and what it came to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from drill_env.diagnosis.extended import Fit, Setting
+from drill_env.diagnosis.scan import Scored
+from drill_env.diagnosis.slips import Slips
+from drill_env.diagnosis.terms import Named, Term
+
+NEEDED = 20.0
+"""Gain of the information criterion below which an effect is not believed in."""
+
+# By this share more must a free shape explain before a name gives way to it.
+_NAMELESS = 0.15
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Attempt:
+    """A candidate fitted together with the rig and the noise.
+
+    Attributes:
+        fit: the fit with it.
+        term: the candidate in it.
+        gain: fall of minus twice the log likelihood against the fit without it.
+        criterion: the same less the price of its numbers.
+    """
+
+    fit: Fit
+    term: Term
+    gain: float
+    criterion: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Round:
+    """One search at one fit.
+
+    Attributes:
+        before: the fit that was searched.
+        scores: of all effects and shapes, before any was fitted.
+        named: attempts with effects, best first.
+        shapes: attempts with free shapes, best first.
+    """
+
+    before: Fit
+    scores: tuple[Scored, ...]
+    named: tuple[Attempt, ...]
+    shapes: tuple[Attempt, ...]
+
+    @property
+    def best(self) -> Attempt | None:
+        """The best of all."""
+        both = sorted((*self.named, *self.shapes), key=lambda a: -a.criterion)
+        return both[0] if both else None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """What a search came to.
+
+    Attributes:
+        setting: recordings and free parameters.
+        base: the rig alone, fitted.
+        rounds: one for each effect that was looked for.
+        final: the fit with all that is believed in.
+        contests: of each term that was found before another one, what it and its rivals gain
+            beside the others.
+        nameless: a fit with a free shape that explains the recordings clearly better, if any.
+    """
+
+    setting: Setting
+    base: Fit
+    rounds: tuple[Round, ...]
+    final: Fit
+    contests: dict[str, dict[str, float]] = field(default_factory=dict)
+    nameless: Fit | None = None
+
+
+def clearly(gain: float) -> float:
+    """By how much more a free shape must explain than a name that explains this much."""
+    return max(NEEDED, _NAMELESS * abs(gain))
+
+
+def is_named(term: Term) -> bool:
+    """Whether a term stands for an effect of the library."""
+    return isinstance(term.source, (Named, Slips))
+
+
+def nameless(found: Round) -> bool:
+    """Whether a free shape explains clearly more than any name."""
+    if not found.shapes:
+        return False
+    shape = found.shapes[0].criterion
+    name = found.named[0].criterion if found.named else 0.0
+    return shape > NEEDED and shape > name + clearly(name)
