@@ -174,5 +174,5 @@ def with_terms(samples: Samples, terms: tuple[Term, ...], rig: Rig, motion: Moti
     for term in terms:
         torque, error = term.source.response(term.q, rig, motion)
         loads += torque
-        angles -= error
+        angles -= samples.misread(error)
     return replace(samples, loads=loads, angles=angles)
