@@ -25,8 +25,9 @@ RigOption = Annotated[
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 _MAP_HELP = (
-    "CHANNEL=COLUMN[:UNIT], repeatable: t (s ms us), u (V mV), theta_u and theta_l "
-    "(rad deg turn counts/N m), or a number to multiply by. Example: --map theta_u=enc:counts/8192"
+    "CHANNEL=COLUMN[:UNIT], repeatable: t (s ms us), u (V mV) or torque (Nm mNm N), theta_u and "
+    "theta_l (rad deg turn counts/N m), omega_u and omega_l (rad/s rpm deg/s m/s), or a number to "
+    "multiply by. Example: --map theta_u=enc:counts/8192"
 )
 MapOption = Annotated[list[str] | None, typer.Option("--map", help=_MAP_HELP, show_default=False)]
 

@@ -162,8 +162,14 @@ def _check_loop(asked: AxisFit) -> None:
 
 
 def _gain(gain: float | None, column: str | None, fitted: list[Recording]) -> float | None:
+    from drill_env.identification.drive import torque_driven
+
     if gain is not None and column is not None:
         raise InputError("--gain and --gain-column are both given; give one of them")
+    if torque_driven(fitted):
+        if gain is not None or column is not None:
+            raise InputError(f"{fitted[0].source} is driven by a measured torque: leave --gain out")
+        return 1.0
     return fitted[0].constant(column) if column is not None else gain
 
 

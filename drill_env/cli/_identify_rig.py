@@ -109,7 +109,7 @@ def _find(asked: RigFit) -> RigFound:
 
     start = rig_from(asked.rig)
     recordings = _recordings(asked, None if asked.rig is None else start)
-    fixed = {name: value for name, (value,) in _pairs(asked.fixed, "--fix", 1).items()}
+    fixed = {name: value for name, (value,) in pairs(asked.fixed, "--fix", 1).items()}
     with progress_bar() as bar:
         task = bar.add_task("fit", total=None)
         first, estimate = _fit(
@@ -152,8 +152,8 @@ def _fit(
             recordings.stage1, recordings.fit, start, fixed=fixed, link=asked.link,
             options=asked.options, progress=report,
         )  # fmt: skip
-    priors = _pairs(asked.priors, "--prior", 2)
-    bounds = _pairs(asked.bounds, "--bounds", 2)
+    priors = pairs(asked.priors, "--prior", 2)
+    bounds = pairs(asked.bounds, "--bounds", 2)
     return None, identify(
         recordings.fit, start, free=_names(asked.free) or None, fixed=fixed,
         prior=Prior.independent({n: (a, b) for n, (a, b) in priors.items()}),
@@ -164,6 +164,7 @@ def _fit(
 
 def _recordings(asked: RigFit, rig: Rig | None) -> RecordingSet:
     """The recordings, each looked over for signs, units and swapped columns."""
+    from drill_env.identification.drive import torque_driven
     from drill_env.identification.screening import screen
     from drill_env.recordings import RecordingSet, parse_map, read_folder, read_recording
 
@@ -180,6 +181,7 @@ def _recordings(asked: RigFit, rig: Rig | None) -> RecordingSet:
         found = RecordingSet(stage1=groups[0], fit=groups[1], holdout=groups[2])
     if not found.fit:
         raise InputError(f"{asked.fit[0]}: no recording to fit; give one the role fit")
+    torque_driven([*found.stage1, *found.fit, *found.holdout])
     for recording in (*found.fit, *found.holdout):
         for remark in screen(recording, rig):
             warnings.warn(remark, stacklevel=1)
@@ -196,7 +198,7 @@ def _names(text: str | None) -> list[str]:
     return [part.strip() for part in (text or "").split(",") if part.strip()]
 
 
-def _pairs(texts: Sequence[str], option: str, count: int) -> dict[str, list[float]]:
+def pairs(texts: Sequence[str], option: str, count: int) -> dict[str, list[float]]:
     """NAME=A or NAME=A:B of a repeatable option."""
     found: dict[str, list[float]] = {}
     for text in texts:
@@ -310,9 +312,9 @@ def _show_profiles(profiles: Sequence[Profile]) -> None:
 def _show_validations(found: RigFound) -> None:
     from rich.table import Table
 
-    table = Table(title="Error in % of each angle's range", title_justify="left")
+    table = Table(title="Error in % of each channel's range", title_justify="left")
     table.add_column("recording")
-    for name in ("angle", "free run", "5 s prediction"):
+    for name in ("channel", "free run", "5 s prediction"):
         table.add_column(name, justify="right")
     table.add_column("residuals")
     for i, validation in enumerate(found.validations):

@@ -57,6 +57,14 @@ MostOption = Annotated[int, typer.Option(help="Effects that are looked for.")]
 DoubtOption = Annotated[
     float, typer.Option(help="How far the rig's parameters may be off: a share, one sigma.")
 ]
+FixOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=VALUE",
+        help="A parameter that is held; dTsu=0 is a model without it. Repeatable.",
+        show_default=False,
+    ),
+]
 SeedOption = Annotated[int, typer.Option(help="Of what is drawn.")]
 
 
@@ -70,6 +78,7 @@ def diagnose_command(
     most: MostOption = 2,
     mapping: MapOption = None,
     doubt: DoubtOption = 0.05,
+    fix: FixOption = None,
     seed: SeedOption = 0,
     as_json: JsonOption = False,
 ) -> None:
@@ -89,6 +98,7 @@ def diagnose_command(
         leave_out=tuple(leave_out or ()),
         most=most,
         given_rig=rig is not None,
+        fixed=_fixed(fix or []),
         doubt=doubt,
         seed=seed,
     )
@@ -109,6 +119,12 @@ def diagnose_command(
     for line in found.result.sentences:
         typer.echo(line)
     typer.echo(f"Report: {out / 'index.html'}")
+
+
+def _fixed(texts: list[str]) -> dict[str, float]:
+    from drill_env.cli._identify_rig import pairs
+
+    return {name: value for name, (value,) in pairs(texts, "--fix", 1).items()}
 
 
 def _start(path: Path | None, law: Law | None) -> Rig:

@@ -133,8 +133,8 @@ def replay_command(
     """Lay the simulation of a rig over a recording: error per channel and a picture.
 
     REC holds the columns t (s), u (V), theta_u, theta_l (rad) as CSV, Parquet or .mat; other
-    names and units by --map. The error is given for one free run from the first sample and
-    for predictions that restart every --horizon seconds.
+    names, units and channels (torque, omega_u, omega_l) by --map. The error is given for one free
+    run from the first sample and for predictions that restart every --horizon seconds.
 
     Example: drill-env replay run.csv --rig rig.toml --out replay.png
     """
@@ -198,9 +198,10 @@ def identify_command(
 ) -> None:
     """Identify a rig from recordings, and judge it on others.
 
-    FIT are recordings with u, theta_u, theta_l, or one folder with a recordings.toml. All
-    parameters but those of --fix are estimated, from --rig or the paper's rig on; 30 % off will
-    do. One torque must be fixed, since volts and angles do not show its scale.
+    FIT are recordings with u (or torque) and theta_u, theta_l (or omega_u, omega_l), or one
+    folder with a recordings.toml. All parameters but those of --fix are estimated, from --rig or
+    the paper's rig on; 30 % off will do. One torque must be fixed, since volts and angles do not
+    show its scale; a measured torque does.
 
     With --one-inertia: mass, viscous and Coulomb friction and offset of a single axis by
     inverse-dynamics least squares; its options are those from --gain on. With --closed-loop
@@ -260,5 +261,6 @@ def _replay_table(result: ReplayResult) -> Table:
     groups.append((f"restarted every {result.horizon:g} s", result.prediction_errors))
     for label, errors in groups:
         for name, e in errors.items():
-            table.add_row(f"{name}, {label}", f"{e.rms:.4g}", f"{e.max:.4g}", f"{e.percent:.3f}")
+            shown = f"{name} [{unit}/s]" if name.startswith("omega") else name
+            table.add_row(f"{shown}, {label}", f"{e.rms:.4g}", f"{e.max:.4g}", f"{e.percent:.3f}")
     return table

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from drill_env._errors import InputError
 from drill_env._types import FloatArray
+from drill_env.diagnosis.shapes import TURN
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Shape, Term
-from drill_env.parameters import Rig
+from drill_env.parameters import SYMBOLS, Rig
 
 
 def declaration(term: Term) -> dict[str, Any]:
@@ -37,7 +39,9 @@ def _continued(shape: Shape, q: FloatArray) -> tuple[list[float], list[float]]:
     """The shape's table with its straight continuation over once more its range on both sides."""
     x, y = np.array(shape.knots), q
     if shape.depends_on.startswith("theta"):
-        return x.tolist(), y.tolist()
+        # Of a way shorter than a turn the ends are joined where it never comes.
+        order = np.argsort(np.mod(x, TURN))
+        return np.mod(x, TURN)[order].tolist(), y[order].tolist()
     reach = x[-1] - x[0]
     low = y[0] - reach * (y[1] - y[0]) / (x[1] - x[0])
     high = y[-1] + reach * (y[-1] - y[-2]) / (x[-1] - x[-2])
@@ -45,6 +49,26 @@ def _continued(shape: Shape, q: FloatArray) -> tuple[list[float], list[float]]:
 
 
 def extended_rig(rig: Rig, terms: Sequence[Term]) -> Rig:
-    """A rig with the terms among its effects; single events of one recording are no part of it."""
-    lasting = [term for term in terms if not isinstance(term.source, Slips)]
-    return rig.replace(effects=(*rig.effects, *(declaration(term) for term in lasting)))
+    """A rig with the terms among its effects; single events of one recording are no part of it.
+
+    A term that is a parameter which the rig lacked becomes that parameter, where the rig allows it.
+    """
+    effects = list(rig.effects)
+    # Levels come before the asymmetries that lie within them.
+    for term in sorted(terms, key=lambda t: SYMBOLS.index(_own(t)) if _own(t) else -1):
+        if isinstance(term.source, Slips):
+            continue
+        own = _own(term)
+        try:
+            given = rig.replace(**{own: float(term.q[0])}) if own else None
+        except InputError:
+            given = None
+        if given is None:
+            effects.append(declaration(term))
+        else:
+            rig = given
+    return rig.replace(effects=tuple(effects))
+
+
+def _own(term: Term) -> str:
+    return "" if isinstance(term.source, Shape) else term.source.effect.stands_for

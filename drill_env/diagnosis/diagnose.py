@@ -15,6 +15,7 @@ from drill_env.diagnosis.belief import (
     chance,
     changes,
     numbers_of,
+    probabilities,
     rivals,
     significant,
 )
@@ -22,10 +23,11 @@ from drill_env.diagnosis.contest import trimmed
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.extended import Fit, Setting
 from drill_env.diagnosis.faults import Fault, find_faults
-from drill_env.diagnosis.held_out import Judged, judge, noise_floor, rms
+from drill_env.diagnosis.held_out import Judged, judge, judged_channels, noise_floor, rms
 from drill_env.diagnosis.law import LawFit, law_fit
 from drill_env.diagnosis.locate import describe, locate
 from drill_env.diagnosis.next_experiment import next_experiment
+from drill_env.diagnosis.offered import free_parameters, is_parameter, offered_effects
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.result import (
     Alternative,
@@ -36,19 +38,18 @@ from drill_env.diagnosis.result import (
     Number,
     Verdict,
 )
-from drill_env.diagnosis.rounds import NEEDED, Found, clearly, is_named
+from drill_env.diagnosis.rounds import NEEDED, Found, Round, clearly, is_named
 from drill_env.diagnosis.search import find
 from drill_env.diagnosis.sentences import sentences
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
-from drill_env.identification.coordinates import active_names
+from drill_env.identification.drive import torque_driven, with_known_scale
 from drill_env.identification.prediction_error import Samples, prepare
-from drill_env.parameters import SYMBOLS, Rig
+from drill_env.parameters import Rig
 from drill_env.recordings import Recording
 
 Report = Callable[[str], None]
-_ANGLES = ("theta_u", "theta_l")
 # A name that leaves over more than this share of its gain is doubted.
 _LEFT_OVER = 0.3
 # So many times the needed gain is plain evidence; by this share of it held-out recordings may lose.
@@ -89,8 +90,9 @@ def diagnose(
     """Find what a rig's model leaves out of recordings, and show that it was missing.
 
     Args:
-        recordings: with u and theta_u or theta_l, to fit.
-        rig: where to start; its parameters are free but for Ju, the scale of torque.
+        recordings: with u and theta_u or theta_l, or velocities, to fit.
+        rig: where to start; its parameters are free but for Ju, the scale of torque, or for km
+            where the drive is a measured torque: then km is 1.
         holdout: recordings to judge on; without them the gain is that of the fit.
         options: how to search.
         report: told what is being done.
@@ -103,6 +105,7 @@ def diagnose(
         raise InputError("diagnose needs at least one recording to fit")
     if rig.effects:
         raise InputError("diagnose starts from a rig without [[effects]]: remove them")
+    options = replace(options, fixed=with_known_scale([*recordings, *holdout], options.fixed))
     rig = rig.replace(**options.fixed)
     # The matrices are small: threads of the linear algebra would only wait for each other.
     with threadpool_limits(1):
@@ -114,10 +117,9 @@ def diagnose(
 def _diagnose(
     samples: list[Samples], held: list[Samples], rig: Rig, options: DiagnosisOptions, report: Report
 ) -> Diagnosis:
-    library = [e for e in LIBRARY.values() if e.id not in options.leave_out]
-    if rig.inertias == 1:
-        library = [e for e in library if e.equation == "upper"]
-    free = [n for n in SYMBOLS if n in active_names(rig) - {"Ju"} - set(options.fixed)]
+    scale = "km" if torque_driven([s.recording for s in samples]) else "Ju"
+    free = free_parameters(rig, options.fixed, scale)
+    library = offered_effects(rig, free, samples, options.leave_out)
     found = find(samples, rig, free, library, most=options.most, doubt=options.doubt, report=report)
     law = None
     if rig.friction != "humped" and rig.inertias == 2 and "friction_shape" not in options.leave_out:
@@ -182,20 +184,22 @@ def _result(
 ) -> DiagnosisResult:  # fmt: skip
     final, setting = found.final, found.setting
     changed = changes(setting, final, start, seed=options.seed)
-    scale = 0.0 if "Ju" in options.fixed else options.doubt
+    scale = 0.0 if {"Ju", "km"} & set(options.fixed) else options.doubt
     effects = _effects(found, law, faults, scale)
     shaped = [t for t in final.terms if not is_named(t)]
     verdict = _verdict(found, effects, shaped, changed, options)
-    leading = final.terms[0] if final.terms else None
+    leading = min(final.terms, key=lambda t: not is_parameter(t.id), default=None)
     located = locate(setting, final, leading) if leading is not None else _law_located(effects)
     chosen = effects[0].id if effects else (shaped[0].id if shaped else "")
-    alternatives = [Alternative(*rival) for rival in rivals(found.rounds, chosen)]
-    experiment = next_experiment(found) if final.terms else None
+    alternatives = [Alternative(*rival) for rival in rivals(_rounds_of(found, chosen), chosen)]
+    # The menu is of the rig's voltages: a lone axis would leave its bench.
+    plays = final.rig.inertias == 2 and setting.samples[0].recording.drive == "voltage"
+    experiment = next_experiment(found) if final.terms and plays else None
     result = DiagnosisResult(
         verdict, located, effects, alternatives,
         describe(shaped[0]) if shaped else None, changed,
         _fit(found, base, before, after, held, options.seed),
-        {k: float(getattr(final.noise, k)) for k in final.noise.__slots__},
+        final.noise.named(velocities=any(s.angles.shape[1] > 2 for s in setting.samples)),
         [f.text for f in faults], [], experiment,
         {
             "fit": [s.recording.source for s in setting.samples],
@@ -264,7 +268,16 @@ def _effects(
                 fault.id, "sensor", chance(fault.score**2), numbers, fault.text, fault.text, []
             )
         )
-    return effects
+    # What the rig's own model has comes before physics beyond it.
+    return sorted(effects, key=lambda effect: not is_parameter(effect.id))
+
+
+def _rounds_of(found: Found, chosen: str) -> Sequence[Round]:
+    """The rounds from the one on that named the leading effect, which may not be the first."""
+    if not is_parameter(chosen):
+        return found.rounds
+    chances = [probabilities(r).get(chosen, 0.0) for r in found.rounds]
+    return found.rounds[int(np.argmax(chances)) :]
 
 
 def _lost_counts(found: Found) -> list[NamedEffect]:
@@ -333,7 +346,7 @@ def _fit(
                 "after_rms": _plain(rms(after, which, i)),
                 "floor_rms": _plain(floor[which][name]),
             }
-            for i, name in enumerate(_ANGLES)
+            for i, name in enumerate(judged_channels(held[0]))
             if any(np.isfinite(j.measured[:, i]).any() for j in before)
         }
     out["holdout"]["log_likelihood"] = {

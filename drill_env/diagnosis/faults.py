@@ -56,7 +56,7 @@ def _jitter(setting: Setting, fit: Fit) -> Fault | None:
     for samples, starts, motion in zip(setting.samples, fit.starts, fit.motions, strict=True):
         given = with_terms(samples, fit.terms, fit.rig, motion)
         path = path_of(given, fit.rig, fit.noise, starts, setting.robust)
-        gap, variance = path.trace.innovation, path.trace.variance
+        gap, variance = path.trace.innovation[:, :2], path.trace.variance[:, :2]
         speed = motion.states[:, 1:3]
         ok = (variance > 0).all(axis=1) & (np.abs(speed) > _SLOWEST).all(axis=1)
         if not ok.any():

@@ -94,7 +94,7 @@ def _by_window(own: FloatArray, used: np.ndarray, samples: Samples) -> FloatArra
     windows = len(samples.restarts)
     if windows == 1:
         return own
-    rows = np.repeat(np.arange(len(samples.t))[:, None], 2, axis=1)[used]
+    rows = np.repeat(np.arange(len(samples.t))[:, None], used.shape[1], axis=1)[used]
     window = np.searchsorted(samples.restarts, rows, side="right") - 1
     out = np.zeros((len(own), windows * own.shape[1]))
     for i in range(windows):

@@ -23,9 +23,12 @@ from drill_env.integrator.extended import run_extended
 from drill_env.integrator.simulate import simulate
 from drill_env.integrator.voltage import Voltage
 from drill_env.parameters import Rig
+from drill_env.recordings import Channel
 
 HORIZON = 5.0
-_ANGLES = ("theta_u", "theta_l")
+_SENSORS = {
+    "theta_u": "encoder_u", "theta_l": "encoder_l", "omega_u": "speed_u", "omega_l": "speed_l",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,11 +39,12 @@ class Judged:
         value: minus twice the log likelihood, without its constant.
         floor: what it would be in the mean if the fit were the truth.
         count: samples predicted.
-        free: free-run angles, shape (n, 2).
-        short: angles predicted from the smoothed state at most 5 s before, shape (n, 2).
-        measured: measured angles, shape (n, 2).
+        free: free-run angles, or velocities as `channels` says, shape (n, 2).
+        short: the same predicted from the smoothed state at most 5 s before, shape (n, 2).
+        measured: the same as measured, shape (n, 2).
         motion: what all samples say of the motion.
         torques: smoothed latent torques, Nm, shape (n, 2).
+        channels: what each disc is judged by: its angle, or its velocity where that is all.
     """
 
     value: float
@@ -51,6 +55,19 @@ class Judged:
     measured: FloatArray
     motion: Motion
     torques: FloatArray
+    channels: tuple[Channel, Channel] = ("theta_u", "theta_l")
+
+
+def judged_channels(samples: Samples) -> tuple[Channel, Channel]:
+    """What each disc is judged by: its angle, or its velocity where that is all."""
+    there = [bool(np.isfinite(column).any()) for column in samples.angles.T]
+    by_speed = [len(there) > 2 and there[2 + d] and not there[d] for d in range(2)]
+    return ("omega_u" if by_speed[0] else "theta_u", "omega_l" if by_speed[1] else "theta_l")
+
+
+def _measured(samples: Samples) -> FloatArray:
+    places = [samples.names.index(name) for name in judged_channels(samples)]
+    return samples.angles[:, places]
 
 
 def judge(samples: Samples, setting: Setting, fit: Fit) -> Judged:
@@ -68,7 +85,7 @@ def judge(samples: Samples, setting: Setting, fit: Fit) -> Judged:
     value = path.value + lost_value(samples, given, path.value, int(used.sum()))
     return Judged(
         value, float(np.sum(-2.0 * np.log(w[used])) + used.sum()), int(used.sum()),
-        free, short, samples.angles, motion, states[:, 4:],
+        free, short, _measured(samples), motion, states[:, 4:], judged_channels(samples),
     )  # fmt: skip
 
 
@@ -97,8 +114,8 @@ def _rows_each(samples: Samples, seconds: float) -> IntArray:
 def _run_from(
     samples: Samples, rig: Rig, terms: Sequence[Term], states: FloatArray, rows: IntArray
 ) -> FloatArray:
-    """Angles simulated anew from each of some rows, shape (n, 2), as the encoders show them."""
-    extended = extended_rig(rig, terms)
+    """What is judged, simulated anew from each of some rows, shape (n, 2), as it is read."""
+    extended, channels = extended_rig(rig, terms), judged_channels(samples)
     out = np.full((len(samples.t), 2), math.nan)
     offset = _offset(samples, states)
     for a, b in zip(rows.tolist(), [*rows[1:].tolist(), len(samples.t)], strict=True):
@@ -107,10 +124,11 @@ def _run_from(
         if len(t) < 2:
             continue
         try:
-            out[a:stop] = _angles(extended, t, u, states[a, :4], float(samples.t[a]))
+            out[a:stop] = _read(extended, t, u, states[a, :4], float(samples.t[a]), channels)
         except (InputError, RuntimeError):
             return np.full_like(out, math.inf)
-        out[a:b, 0] -= offset[a]
+        if channels[0] == "theta_u":
+            out[a:b, 0] -= offset[a]
     return out
 
 
@@ -126,19 +144,34 @@ def _offset(samples: Samples, states: FloatArray) -> FloatArray:
     return out
 
 
-def _angles(rig: Rig, t: FloatArray, u: FloatArray, start: FloatArray, begin: float) -> FloatArray:
+def _read(
+    rig: Rig, t: FloatArray, u: FloatArray, start: FloatArray, begin: float,
+    channels: tuple[Channel, Channel],
+) -> FloatArray:  # fmt: skip
     if rig.effects:
         # Effects that depend on time count from the recording's start.
-        return run_extended(rig, t + begin, u, start)[1]
+        return _chosen(*run_extended(rig, t + begin, u, start), channels)
     drive = Voltage(t, u[:-1, None])
     run = simulate(
         rig, drive, float(t[-1]), t_eval=t, initial=start, method="dopri5", rtol=1e-7, atol=1e-9
     )
-    return np.column_stack([run.state[:, 3] + run.state[:, 0], run.state[:, 3]])
+    angles = np.column_stack([run.state[:, 3] + run.state[:, 0], run.state[:, 3]])
+    return _chosen(run.state, angles, channels)
+
+
+def _chosen(
+    states: FloatArray, angles: FloatArray, channels: tuple[Channel, Channel]
+) -> FloatArray:
+    """Angles as they are read, or velocities where those are judged, shape (n, 2)."""
+    columns = [
+        angles[:, d] if name.startswith("theta") else states[:, 1 + d]
+        for d, name in enumerate(channels)
+    ]
+    return np.column_stack(columns)
 
 
 def rms(judged: Sequence[Judged], which: str, disc: int) -> float:
-    """Root mean square error (rad) of the free or short runs of several recordings."""
+    """Root mean square error (rad, rad/s) of the free or short runs of several recordings."""
     parts = [getattr(j, which)[:, disc] - j.measured[:, disc] for j in judged]
     errors = np.concatenate(parts)
     errors = errors[~np.isnan(errors)]
@@ -151,11 +184,12 @@ def rms(judged: Sequence[Judged], which: str, disc: int) -> float:
 def noise_floor(
     samples: Sequence[Samples], fit: Fit, judged: Sequence[Judged], seed: int = 0
 ) -> dict[str, dict[str, float]]:
-    """Errors (rad) that the noise alone gives to free runs and 5 s predictions.
+    """Errors (rad, rad/s) that the noise alone gives to free runs and 5 s predictions.
 
     The fitted rig is simulated with and without one drawn torque noise; what differs, with the
-    encoders' noise, is the floor.
+    sensors' noise, is the floor.
     """
+    channels = judged_channels(samples[0])
     rng = np.random.default_rng(seed)
     extended = extended_rig(fit.rig, fit.terms)
     gaps: dict[str, list[FloatArray]] = {"free": [], "short": []}
@@ -167,13 +201,13 @@ def noise_floor(
     out: dict[str, dict[str, float]] = {}
     for which, parts in gaps.items():
         both = np.concatenate(parts)
-        encoder = np.array([fit.noise.encoder_u, fit.noise.encoder_l])
+        sensor = [getattr(fit.noise, _SENSORS[name]) for name in channels]
         size = np.full(2, math.nan)
         for disc in range(2):
             known = both[np.isfinite(both[:, disc]), disc]
             if len(known):
-                size[disc] = math.sqrt(float(np.mean(known**2)) + encoder[disc] ** 2)
-        out[which] = dict(zip(_ANGLES, size.tolist(), strict=True))
+                size[disc] = math.sqrt(float(np.mean(known**2)) + sensor[disc] ** 2)
+        out[which] = dict(zip(channels, size.tolist(), strict=True))
     return out
 
 
@@ -193,7 +227,8 @@ def _drawn(samples: Samples, noise: NoiseModel, rng: np.random.Generator) -> Flo
 def _shaken(
     samples: Samples, rig: Rig, torque: FloatArray, motion: Motion, rows: IntArray
 ) -> FloatArray:
-    """What drawn torques do to runs that begin anew at each of some rows, rad, shape (n, 2)."""
+    """What drawn torques do to runs that begin anew at each of some rows, shape (n, 2)."""
+    channels = judged_channels(samples)
     table = {
         "id": "table", "component": "lower", "depends_on": "time", "sort": "torque",
         "knots": samples.t.tolist(), "values": torque[:, 1].tolist(),
@@ -206,8 +241,9 @@ def _shaken(
             continue
         t, u = samples.t[part], samples.u[part]
         try:
-            quiet = run_extended(rig, t, u, start)[1]
-            out[part] = run_extended(shaken, t, u + torque[part, 0] / rig.km, start)[1] - quiet
+            quiet = _chosen(*run_extended(rig, t, u, start), channels)
+            loud = run_extended(shaken, t, u + torque[part, 0] / rig.km, start)
+            out[part] = _chosen(*loud, channels) - quiet
         except (InputError, RuntimeError):
             continue
     return out

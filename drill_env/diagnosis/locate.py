@@ -10,7 +10,7 @@ import numpy as np
 from drill_env._types import FloatArray
 from drill_env.diagnosis.extended import Fit, Setting
 from drill_env.diagnosis.result import FoundShape, Located
-from drill_env.diagnosis.shapes import COORDINATES
+from drill_env.diagnosis.shapes import COORDINATES, TURN, comes_round
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Shape, Term
 
@@ -81,15 +81,16 @@ def _region(depends_on: str, fit: Fit, strong: np.ndarray, place: int) -> dict[s
     if coordinate is None or not strong.any():
         return {}
     values = coordinate(fit.motions[place])[strong]
-    if depends_on.startswith("theta"):
-        values = np.mod(values, 2.0 * np.pi)
+    turning = fit.rig.inertias == 2 or np.ptp(coordinate(fit.motions[place])) >= TURN
+    if turning and depends_on.startswith("theta"):
+        values = np.mod(values, TURN)
     return {depends_on: [float(np.quantile(values, 0.02)), float(np.quantile(values, 0.98))]}
 
 
 def _order(term: Term) -> float | None:
     source = term.source
     if isinstance(source, Shape):
-        if isinstance(source, Slips) or not source.depends_on.startswith("theta"):
+        if not comes_round(source.depends_on, source.knots):
             return None
         power = np.abs(np.fft.rfft(term.q - np.mean(term.q)))[1 : _MOST_ORDER + 1]
         return float(1 + np.argmax(power))
@@ -119,7 +120,7 @@ def describe(term: Term) -> FoundShape | None:
     x, y = np.array(term.source.knots), term.q
     best = ("constant", 0.0)
     name = term.source.depends_on
-    for formula, value in _formulas(name, x, y):
+    for formula, value in _formulas(name, x, y, comes_round(name, term.source.knots)):
         # A longer formula must earn a tenth of what is left.
         if value > best[1] + 0.1 * (1.0 - best[1]):
             best = (formula, value)
@@ -128,9 +129,9 @@ def describe(term: Term) -> FoundShape | None:
     )
 
 
-def _formulas(name: str, x: FloatArray, y: FloatArray) -> list[tuple[str, float]]:
+def _formulas(name: str, x: FloatArray, y: FloatArray, turning: bool) -> list[tuple[str, float]]:
     found = []
-    if name.startswith("theta"):
+    if turning:
         for order in range(1, 5):
             basis = np.column_stack([np.ones_like(x), np.cos(order * x), np.sin(order * x)])
             fitted, coefficients = _fitted(basis, y)

@@ -101,8 +101,9 @@ def _gain(result: DiagnosisResult) -> list[str]:
         before, after, floor = (errors[k] for k in ("before_rms", "after_rms", "floor_rms"))
         if None in (before, after, floor):
             continue
+        unit = "rad/s" if name.startswith("omega") else "rad"
         lines.append(
-            f"On held-out recordings the 5 s prediction of {name} errs by {after:.3g} rad, before "
-            f"{before:.3g} rad; noise alone gives {floor:.3g} rad."
+            f"On held-out recordings the 5 s prediction of {name} errs by {after:.3g} {unit}, "
+            f"before {before:.3g} {unit}; noise alone gives {floor:.3g} {unit}."
         )
     return lines

@@ -16,6 +16,8 @@ _ANGLE_HATS = 16
 _TIME_HATS = 12
 _OTHER_HATS = 9
 _UPPER, _LOWER = 0, 1
+TURN = 2.0 * np.pi
+"""Travel (rad) from which on an angle has come round; an axis in metres travels less."""
 
 Coordinate = Callable[[Motion], FloatArray]
 
@@ -108,15 +110,23 @@ def _misread(
     return basis
 
 
+def comes_round(depends_on: str, knots: Sequence[float]) -> bool:
+    """Whether a shape over so many knots is one of an angle's turn and not of a way."""
+    even = TURN * (1.0 - 1.0 / len(knots))
+    return depends_on.startswith("theta") and abs(knots[-1] - knots[0] - even) < 1e-9
+
+
 def _functions(
-    name: str, motions: Sequence[Motion]
+    name: str, motions: Sequence[Motion], turning: bool
 ) -> tuple[FloatArray, Callable[[FloatArray], FloatArray]]:
-    if name.startswith("theta"):
-        turn = 2.0 * np.pi * np.arange(_ANGLE_HATS) / _ANGLE_HATS
+    if turning and name.startswith("theta"):
+        turn = TURN * np.arange(_ANGLE_HATS) / _ANGLE_HATS
         return turn, lambda values: ring(values, _ANGLE_HATS)
     values = np.concatenate([COORDINATES[name](m) for m in motions])
     if name == "time":
         knots = np.linspace(0.0, float(values.max()), _TIME_HATS)
+    elif name.startswith("theta"):
+        knots = np.linspace(float(values.min()), float(values.max()) + 1e-9, _OTHER_HATS)
     else:
         # Between quantiles and even spacing: friction changes fast near rest, drag far from it.
         inner = np.quantile(values, np.linspace(0.0, 1.0, _OTHER_HATS))
@@ -133,7 +143,9 @@ def free_shapes(motions: Sequence[Motion], inertias: int = 2) -> tuple[Shape, ..
         inertias: of the rig; of one there is the upper disc alone.
     """
     made = []
-    forms = {name: _functions(name, motions) for name in COORDINATES}
+    way = max(float(np.ptp(COORDINATES["theta_u"](m))) for m in motions)
+    turning = inertias == 2 or way >= TURN
+    forms = {name: _functions(name, motions, turning) for name in COORDINATES}
     for name in ("time", "voltage", "theta_u", "omega_u", "twist"):
         knots, functions = forms[name]
         made.append(
@@ -172,4 +184,7 @@ def free_shapes(motions: Sequence[Motion], inertias: int = 2) -> tuple[Shape, ..
             for s in made
             if s.depends_on in upper and (s.component == "upper" or s.id.startswith("error_u"))
         ]
+    if not turning:
+        # A reading that is off in proportion to the way is but another scale of torque.
+        made = [s for s in made if s.id != "error_u_of_theta_u"]
     return tuple(made)

@@ -192,6 +192,6 @@ def with_terms(samples: Samples, terms: tuple[Term, ...], rig: Rig, motion: Moti
     for term in terms:
         torque, error = term.source.response(term.q, rig, motion)
         loads += torque
-        angles -= error
-        angles[unread(term, samples)] = np.nan
+        angles -= samples.misread(error)
+        angles[:, :2][unread(term, samples)] = np.nan
     return replace(samples, loads=loads, angles=angles)

@@ -46,9 +46,15 @@ from drill_env.effects.supply_sag import EFFECT as _supply_sag
 from drill_env.effects.torque_pulse import EFFECT as _torque_pulse
 from drill_env.effects.torque_ripple import EFFECT as _torque_ripple
 from drill_env.effects.unbalance import EFFECT as _unbalance
+from drill_env.effects.upper_asymmetry import EFFECT as _upper_asymmetry
+from drill_env.effects.upper_coulomb import EFFECT as _upper_coulomb
 from drill_env.effects.upper_disturbance import EFFECT as _upper_disturbance
+from drill_env.effects.upper_friction_lag import EFFECT as _upper_friction_lag
+from drill_env.effects.upper_offset import EFFECT as _upper_offset
+from drill_env.effects.upper_presliding import EFFECT as _upper_presliding
 from drill_env.effects.upper_quadratic_drag import EFFECT as _upper_quadratic_drag
 from drill_env.effects.upper_stribeck import EFFECT as _upper_stribeck
+from drill_env.effects.upper_viscous import EFFECT as _upper_viscous
 from drill_env.effects.wear import EFFECT as _wear
 from drill_env.effects.whirl_drag import EFFECT as _whirl_drag
 
@@ -100,6 +106,12 @@ _ALL = (
     _encoder_delay_lower,
     _missed_counts_lower,
     _encoder_gain_lower,
+    _upper_coulomb,
+    _upper_viscous,
+    _upper_offset,
+    _upper_asymmetry,
+    _upper_friction_lag,
+    _upper_presliding,
 )
 
 LIBRARY = MappingProxyType({effect.id: effect for effect in _ALL})

@@ -43,9 +43,15 @@ from drill_env.effects.supply_sag import supply_sag
 from drill_env.effects.torque_pulse import torque_pulse
 from drill_env.effects.torque_ripple import torque_ripple
 from drill_env.effects.unbalance import unbalance
+from drill_env.effects.upper_asymmetry import upper_asymmetry
+from drill_env.effects.upper_coulomb import upper_coulomb
 from drill_env.effects.upper_disturbance import upper_disturbance
+from drill_env.effects.upper_friction_lag import upper_friction_lag
+from drill_env.effects.upper_offset import upper_offset
+from drill_env.effects.upper_presliding import upper_presliding
 from drill_env.effects.upper_quadratic_drag import upper_quadratic_drag
 from drill_env.effects.upper_stribeck import upper_stribeck
+from drill_env.effects.upper_viscous import upper_viscous
 from drill_env.effects.wear import wear
 from drill_env.effects.whirl_drag import whirl_drag
 
@@ -97,6 +103,12 @@ ORDER = (
     "encoder_delay_lower",
     "missed_counts_lower",
     "encoder_gain_lower",
+    "upper_coulomb",
+    "upper_viscous",
+    "upper_offset",
+    "upper_asymmetry",
+    "upper_friction_lag",
+    "upper_presliding",
 )
 """The number of an effect is its place here."""
 
@@ -198,3 +210,15 @@ def respond(code, p, q, m, s, out):
         missed_counts_lower(p, q, m, s, out)
     elif code == 46:
         encoder_gain_lower(p, q, m, s, out)
+    elif code == 47:
+        upper_coulomb(p, q, m, s, out)
+    elif code == 48:
+        upper_viscous(p, q, m, s, out)
+    elif code == 49:
+        upper_offset(p, q, m, s, out)
+    elif code == 50:
+        upper_asymmetry(p, q, m, s, out)
+    elif code == 51:
+        upper_friction_lag(p, q, m, s, out)
+    elif code == 52:
+        upper_presliding(p, q, m, s, out)

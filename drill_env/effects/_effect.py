@@ -53,6 +53,9 @@ class Effect:
         aliases: effects that no recording tells from it.
         source: reference.
         follows: parameters of the rig that its torque follows.
+        stands_for: parameter of the rig that it is; a search offers it where the rig lacks that.
+        axis_only: whether a search offers it for one inertia alone: with a string the upper disc
+            hardly reverses.
         kernel: compiled function of (p, q, m, s, out).
     """
 
@@ -68,6 +71,8 @@ class Effect:
     aliases: tuple[str, ...] = ()
     source: str = ""
     follows: tuple[str, ...] = ()
+    stands_for: str = ""
+    axis_only: bool = False
     senses: bool = field(default=False)
 
     def vector(self, values: dict[str, float]) -> FloatArray:

@@ -24,6 +24,7 @@ FRICTION = frozenset(
         "load_dependent_friction",
         "upper_stribeck",
         "friction_warmup",
+        "upper_coulomb",
         "lower_stribeck",
         "lower_asymmetry",
         "presliding",

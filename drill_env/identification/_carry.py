@@ -12,16 +12,16 @@ def carry(path, t, rate, restarts, loads, errors, state, moved, out):
     """Whitened slopes of the innovations by the sizes of many known torques and sensor errors.
 
     Args:
-        path: records of `PATH`, shape (n,).
+        path: records of `path_type`, shape (n,).
         t: times in s, shape (n,).
         rate: reciprocals of the latent torques' correlation times, 1/s, shape (2,).
         restarts: rows at which the filter starts anew, ascending, the first 0; shape (r,).
         loads: torques on both discs over the interval after each row, Nm, shape (n, 2, m).
-        errors: errors of both readings, rad, shape (n, 2, m), or no rows.
+        errors: errors of the readings, rad or rad/s, shape (n, readings, m), or no rows.
         state: working array, shape (6, m).
         moved: working array, shape (6, m).
         out: filled with the slopes of the predicted readings over the innovations' standard
-            deviations, shape (n, 2, m).
+            deviations, shape (n, readings, m).
     """
     count = loads.shape[2]
     window = 0
@@ -35,14 +35,18 @@ def carry(path, t, rate, restarts, loads, errors, state, moved, out):
         else:
             dt = t[k] - t[k - 1]
             step(row, exp(-rate[0] * dt), exp(-rate[1] * dt), loads[k - 1], state, moved)
-        for e in range(2):
+        for e in range(out.shape[1]):
             if row.weight[e] == 0.0:
                 for c in range(count):
                     out[k, e, c] = 0.0
                 continue
-            a = 1.0 if e == 0 else 0.0
-            for c in range(count):
-                moved[0, c] = a * state[0, c] + state[3, c]
+            if e < 2:
+                a = 1.0 if e == 0 else 0.0
+                for c in range(count):
+                    moved[0, c] = a * state[0, c] + state[3, c]
+            else:
+                for c in range(count):
+                    moved[0, c] = state[e - 1, c]
             if errors.shape[0] > 0:
                 for c in range(count):
                     moved[0, c] += errors[k, e, c]
@@ -83,7 +87,7 @@ def smooth(path, t, rate, restarts, filtered, r, moved, states, pull, misread):
     """Smooth the states (Bryson and Frazier) and find where the likelihood pulls.
 
     Args:
-        path: records of `PATH`, shape (n,).
+        path: records of `path_type`, shape (n,).
         t: times in s, shape (n,).
         rate: reciprocals of the latent torques' correlation times, 1/s, shape (2,).
         restarts: rows at which the filter starts anew, ascending, the first 0; shape (r,).
@@ -93,7 +97,8 @@ def smooth(path, t, rate, restarts, filtered, r, moved, states, pull, misread):
         states: filled with the smoothed states, shape (n, 6).
         pull: filled with the likelihood's slope by a torque on each disc over the interval after
             each row, 1/Nm, shape (n, 2).
-        misread: filled with its slope by an error of each reading, 1/rad, shape (n, 2).
+        misread: filled with its slope by an error of each reading, 1/rad or s/rad, shape
+            (n, readings).
     """
     window = restarts.size - 1
     for i in range(N_FILTER):
@@ -107,14 +112,17 @@ def smooth(path, t, rate, restarts, filtered, r, moved, states, pull, misread):
             states[k, i] = filtered[k, i]
             for j in range(N_FILTER):
                 states[k, i] += row.P[i, j] * r[j]
-        for e in range(1, -1, -1):
+        for e in range(misread.shape[1] - 1, -1, -1):
             score = row.white[e] * row.weight[e]
             for i in range(N_FILTER):
                 score -= row.gain[e, i] * r[i]
             misread[k, e] = score
-            r[3] += score
-            if e == 0:
-                r[0] += score
+            if e < 2:
+                r[3] += score
+                if e == 0:
+                    r[0] += score
+            else:
+                r[e - 1] += score
         if window >= 0 and restarts[window] == k:
             window -= 1
             for i in range(N_FILTER):

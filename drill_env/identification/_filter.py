@@ -6,6 +6,8 @@ transition; a stuck disc's velocity has no variance, so nothing but the inclusio
 it. `S` is the derivative of the filtered state by the parameters and by the start: the encoders'
 difference, both velocities and theta_l there, and the twist at which the encoders agree. The
 start is estimated and not filtered: a release is too sharp for its first wide variance.
+
+Readings are theta_u and theta_l, then, where a velocity is recorded, omega_u and omega_l.
 """
 
 from math import exp, log
@@ -48,19 +50,30 @@ FILTER = np.dtype(
 )
 """Working arrays and sums of one recording's filter."""
 
-PATH = np.dtype(
-    [
-        ("F", "f8", (N_STATE, N_FILTER)),  # transition into the row
-        ("gain", "f8", (2, N_FILTER)),  # of theta_u, then theta_l; 0 where no sample is
-        ("white", "f8", (2,)),  # innovations over their standard deviations
-        ("weight", "f8", (2,)),  # reciprocals of these, 1/rad
-        ("stuck", "i8", (2,)),
-        ("P", "f8", (N_FILTER, N_FILTER)),  # covariance after the row's samples
-        ("slopes", "f8", (2, N_SLOPES)),  # of the predicted angles, over the standard deviations
-    ],
-    align=True,
-)
-"""What the filter did at one row, enough to smooth and to carry any other error through it."""
+
+def path_type(readings: int) -> np.dtype:
+    """What the filter did at one row, enough to smooth and to carry any other error through it.
+
+    Args:
+        readings: 2, or 4 with velocities.
+    """
+    return np.dtype(
+        [
+            ("F", "f8", (N_STATE, N_FILTER)),  # transition into the row
+            ("gain", "f8", (readings, N_FILTER)),  # of each reading; 0 where no sample is
+            ("white", "f8", (readings,)),  # innovations over their standard deviations
+            ("weight", "f8", (readings,)),  # reciprocals of these, 1/rad or s/rad
+            ("stuck", "i8", (2,)),
+            ("P", "f8", (N_FILTER, N_FILTER)),  # covariance after the row's samples
+            # of the predicted readings, over the standard deviations
+            ("slopes", "f8", (readings, N_SLOPES)),
+        ],
+        align=True,
+    )
+
+
+# Compiled code is kept by the type of its arguments: one for each kind of recording.
+PATH, PATH_WITH_VELOCITIES = path_type(2), path_type(4)
 
 
 @kernel
@@ -118,13 +131,17 @@ def follow_modes(f, p, run, u):
 
 
 @kernel
-def release(f, run, disc, gap, variance, dt):
-    """Let a disc turn that a wrong rig holds although its encoder moves."""
+def release(f, run, reading, gap, variance, dt):
+    """Let a disc turn that a wrong rig holds although its sensor says that it moves."""
+    disc = reading % 2
     if run.mode[disc] != 0 or gap * gap < f.release * f.release * variance:
         return
     row = 1 + disc
-    f.y[row] = gap / dt
-    f.P[row, row] = (gap * gap + variance) / (dt * dt)
+    if reading < 2:
+        f.y[row] = gap / dt
+        f.P[row, row] = (gap * gap + variance) / (dt * dt)
+    else:
+        f.y[row], f.P[row, row] = gap, gap * gap + variance
     run.mode[disc] = 1 if gap > 0.0 else -1
 
 
@@ -191,13 +208,36 @@ def predict(f, p, run, work, tab, breaks, piece, buffers):
 
 
 @kernel
-def update(f, upper, measured, noise, gradient, information):
-    """Take one encoder sample in; returns its innovation (rad) and the variance of that."""
+def foresee_angle(f, upper):
+    """Put an encoder's row of the measurement into `PH` and `slope`; its reading and variance."""
     a = 1.0 if upper else 0.0
-    gap = measured - (a * (f.y[0] - f.offset) + f.y[3])
     for i in range(N_FILTER):
         f.PH[i] = a * f.P[i, 0] + f.P[i, 3]
-    variance = a * f.PH[0] + f.PH[3] + noise
+    for c in range(f.slopes):
+        f.slope[c] = a * f.S[0, c] + f.S[3, c]
+    if f.slopes > 0:
+        f.slope[N_PARAMETERS + START_OFFSET] -= a
+    return a * (f.y[0] - f.offset) + f.y[3], a * f.PH[0] + f.PH[3]
+
+
+@kernel
+def foresee_velocity(f, row):
+    """As `foresee_angle`, for the velocity in a row of the state."""
+    for i in range(N_FILTER):
+        f.PH[i] = f.P[i, row]
+    for c in range(f.slopes):
+        f.slope[c] = f.S[row, c]
+    return f.y[row], f.PH[row]
+
+
+@kernel
+def update(f, reading, measured, noise, gradient, information):
+    """Take one sample in; returns its innovation (rad or rad/s) and the variance of that."""
+    if reading < 2:
+        expected, spread = foresee_angle(f, reading == 0)
+    else:
+        expected, spread = foresee_velocity(f, reading - 1)
+    gap, variance = measured - expected, spread + noise
     used, loss = variance, gap * gap / variance
     if gap * gap > f.robust * f.robust * variance:
         # Huber's weight: the sample counts as one of larger noise.
@@ -205,10 +245,6 @@ def update(f, upper, measured, noise, gradient, information):
         loss = 2.0 * gap * gap / used - f.robust * f.robust
     f.value += loss + log(variance)
     f.count += 1
-    for c in range(f.slopes):
-        f.slope[c] = a * f.S[0, c] + f.S[3, c]
-    if f.slopes > 0:
-        f.slope[N_PARAMETERS + START_OFFSET] -= a
     for c in range(f.slopes):
         gradient[c] += f.slope[c] * gap / used
         for d in range(c + 1):
@@ -224,15 +260,15 @@ def update(f, upper, measured, noise, gradient, information):
 
 
 @kernel
-def note_gain(f, row, encoder, gap, variance):
+def note_gain(f, row, reading, gap, variance):
     """Keep the gain of the sample just taken."""
     used = max(variance, abs(gap) * variance**0.5 / f.robust)
-    row.weight[encoder] = 1.0 / used**0.5 if variance > 0.0 else 0.0
-    row.white[encoder] = gap * row.weight[encoder]
+    row.weight[reading] = 1.0 / used**0.5 if variance > 0.0 else 0.0
+    row.white[reading] = gap * row.weight[reading]
     for i in range(N_FILTER):
-        row.gain[encoder, i] = f.PH[i] / used if variance > 0.0 else 0.0
+        row.gain[reading, i] = f.PH[i] / used if variance > 0.0 else 0.0
     for c in range(f.slopes):
-        row.slopes[encoder, c] = f.slope[c] * row.weight[encoder]
+        row.slopes[reading, c] = f.slope[c] * row.weight[reading]
 
 
 @kernel
@@ -261,24 +297,25 @@ def run_filter(
         work: record of the integrator.
         tab: record of the integrator.
         t: times in s, shape (n,).
-        u: held voltages in V, shape (n,).
+        u: held voltages in V (torques in Nm with km = 1), shape (n,).
         loads: known torques on the discs, held as the voltage is, Nm, shape (n, 2).
-        angles: theta_u and theta_l (rad), NaN where missing, shape (n, 2).
-        noise: variances of the samples, rad^2, shape (n, 2).
+        angles: theta_u and theta_l (rad), then omega_u and omega_l (rad/s) where the shape is
+            (n, 4) and not (n, 2), NaN where missing.
+        noise: variances of the samples, rad^2 or rad^2/s^2, likewise.
         restarts: rows at which the filter starts anew, ascending, the first 0; shape (m,).
         starts: theta_u - theta_l, omega_u, omega_l, theta_l and twist offset there, shape (m, 5).
         buffers: working arrays.
         gradients: filled with the descent of `f.value` / 2 from each restart to the next with
             the gains held, shape (m, 19).
         informations: filled with its expected curvature, lower triangle, shape (m, 19, 19).
-        trace: filled per row and encoder with the innovation and its variance, then the
-            filtered state, shape (n, 10), or no rows.
-        path: filled with what the filter did to errors, records of `PATH`, or no rows.
+        trace: filled per row and reading with the innovation and its variance, then the
+            filtered state, shape (n, 2 readings + 6), or no rows.
+        path: filled with what the filter did to errors, records of `path_type`, or no rows.
 
     Returns:
         `DONE` or a failure of the integrator.
     """
-    window = -1
+    window, readings = -1, angles.shape[1]
     for k in range(t.size):
         if window + 1 < restarts.size and restarts[window + 1] == k:
             window += 1
@@ -290,11 +327,11 @@ def run_filter(
             status = predict(f, p, run, work, tab, buffers.breaks, buffers.piece, buffers)
             if status != DONE:
                 return status
-        for e in range(2):
+        for e in range(readings):
             gap, variance = 0.0, 0.0
             if angles[k, e] == angles[k, e]:
                 gap, variance = update(
-                    f, e == 0, angles[k, e], noise[k, e], gradients[window], informations[window]
+                    f, e, angles[k, e], noise[k, e], gradients[window], informations[window]
                 )
             if trace.shape[0] > 0:
                 trace[k, 2 * e], trace[k, 2 * e + 1] = gap, variance
@@ -308,5 +345,5 @@ def run_filter(
             note_transition(f, run, path[k])
         if trace.shape[0] > 0:
             for i in range(N_FILTER):
-                trace[k, 4 + i] = f.y[i]
+                trace[k, 2 * readings + i] = f.y[i]
     return DONE

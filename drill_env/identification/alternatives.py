@@ -79,7 +79,7 @@ def _velocities(recording: Recording, s: Smoothed | None) -> RecordingWarning | 
         return None
     text = (
         f"{recording.source}: theta_u and theta_l fit the rig as velocities, not as angles; map "
-        "the encoder angles, or integrate the velocities first"
+        "them as such (--map omega_u=COLUMN --map omega_l=COLUMN), or map the encoder angles"
     )
     return RecordingWarning("velocity", text)
 

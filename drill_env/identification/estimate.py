@@ -21,7 +21,10 @@ from drill_env.identification.descent import (
     point_at,
     reheated,
 )
+from drill_env.identification.drive import with_known_scale
 from drill_env.identification.noise import NoiseModel
+from drill_env.identification.noise_fit import told
+from drill_env.identification.noise_of_recording import first_speeds
 from drill_env.identification.prediction_error import prepare
 from drill_env.identification.prior import Prior
 from drill_env.identification.sandwich import sandwich_covariance
@@ -125,8 +128,8 @@ class Estimate:
     @property
     def bic(self) -> float:
         """Bayesian information criterion of rig and noise, without its constant."""
-        torques = 6 if self.problem.torques else 2
-        size = len(self.free) + torques * len(self.point.noise)
+        values = len(told(self.problem.samples, torques=self.problem.torques))
+        size = len(self.free) + values * len(self.point.noise)
         return self.point.value + size * math.log(self.point.samples)
 
     def draws(self, count: int = _DRAWS, seed: int = 0) -> FloatArray:
@@ -176,10 +179,11 @@ def identify(
     no torque noise this becomes the output-error fit of the free run.
 
     Args:
-        recordings: with u and theta_u or theta_l.
+        recordings: with u and theta_u or theta_l, or velocities.
         rig: where to start, and the friction law and number of inertias; 30 % off will do.
         free: names of the parameters to estimate, by default all that the law has.
-        fixed: parameters given, by name; one torque (such as Ju or km) must be.
+        fixed: parameters given, by name; one torque (such as Ju or km) must be, unless the drive
+            is a measured torque: then km is 1 and sets the scale.
         prior: what is known of parameters beforehand, such as stage 1's result.
         bounds: lowest and highest value of parameters.
         options: how to fit.
@@ -189,12 +193,12 @@ def identify(
         InputError: an argument is out of range or a channel is missing.
     """
     options = options or FitOptions()
-    fixed = dict(fixed or {})
+    if not recordings:
+        raise InputError("identify needs at least one recording")
+    fixed = with_known_scale(recordings, fixed or {}, free)
     names = free_names(free, rig, fixed)
     base = rig.replace(**fixed)
     window = options.window if options.method == "multiple_shooting" else math.inf
-    if not recordings:
-        raise InputError("identify needs at least one recording")
     samples = tuple(prepare(r, base, window=window, offset=options.offset) for r in recordings)
     problem = Problem(
         samples=samples,
@@ -267,16 +271,16 @@ def _from_start(
 def _first_noise(problem: Problem) -> list[NoiseModel]:
     models = []
     for group in range(max(problem.groups) + 1):
-        quanta = [
-            s.recording.quanta for s, g in zip(problem.samples, problem.groups, strict=True)
-            if g == group
-        ]  # fmt: skip
+        members = [
+            s.recording for s, g in zip(problem.samples, problem.groups, strict=True) if g == group
+        ]
+        quanta = [recording.quanta for recording in members]
         model = _FIRST_NOISE if problem.torques else _NO_TORQUE
         for name, key in (("encoder_u", "theta_u"), ("encoder_l", "theta_l")):
             steps = [q[key] for q in quanta if key in q]
             if steps:
                 model = replace(model, **{name: max(steps) / math.sqrt(12.0)})
-        models.append(model)
+        models.append(replace(model, **first_speeds(members)))
     return models
 
 

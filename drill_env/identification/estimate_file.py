@@ -44,7 +44,10 @@ def estimate_document(estimate: Estimate, level: float = _LEVEL) -> dict[str, An
         "intervals": estimate.intervals(level),
         "covariance": estimate.covariance.tolist(),
         "information": known.information.tolist(),
-        "noise": [dataclasses.asdict(model) for model in estimate.noise],
+        "noise": [
+            model.named(velocities=bool(samples.recording.velocities()))
+            for model, samples in zip(estimate.noise, estimate.problem.samples, strict=True)
+        ],
         "encoder_steps": dict(known.quanta),
         "value": point.value,
         "bic": estimate.bic,
@@ -104,6 +107,10 @@ def _knowledge(document: dict[str, Any]) -> Knowledge:
         raise InputError(f"information is no {len(free)} x {len(free)} matrix of numbers")
     if not document["noise"] or not document["recordings"]:
         raise InputError("noise or recordings is empty")
+    if any(entry.get("drive", "voltage") != "voltage" for entry in document["recordings"]):
+        raise InputError("its recordings are driven by a torque, and what is planned is a voltage")
+    if not document["encoder_steps"] and any(e.get("velocities") for e in document["recordings"]):
+        raise InputError("its recordings hold velocities only, and what is planned is an angle's")
     quanta = {str(name): float(step) for name, step in document["encoder_steps"].items()}
     if not quanta or not set(quanta) <= set(ANGLES):
         raise InputError("encoder_steps names other angles than theta_u and theta_l")
@@ -124,5 +131,7 @@ def _summary(recording: Recording) -> dict[str, Any]:
         "rate": recording.rate,
         "samples": len(recording),
         "angles": list(recording.angles()),
+        **({"velocities": list(recording.velocities())} if recording.velocities() else {}),
+        **({"drive": recording.drive} if recording.drive != "voltage" else {}),
         "quanta": dict(recording.quanta),
     }

@@ -7,14 +7,17 @@ import math
 import numpy as np
 
 from drill_env._types import FloatArray
+from drill_env.friction import lower_curve
+from drill_env.identification.noise import roughness
 from drill_env.parameters import Rig
-from drill_env.recordings import Recording
+from drill_env.recordings import Channel, Recording
 
 _LONGEST = 0.3
 _FEWEST = 5
 _GROWTH = 1.4
 _SIGMAS = 2.5
 _REST_WINDOW = 0.06
+_SPEED_WINDOW = 0.05
 
 
 def local_fit(
@@ -58,9 +61,7 @@ def local_fit(
 
 
 def _noise(t: FloatArray, theta: FloatArray, row: int, step: float | None) -> float:
-    near = theta[np.abs(t - t[row]) <= 0.5 * _LONGEST]
-    # Third differences hide a smooth motion and keep white noise, times the root of 20.
-    rough = float(np.sqrt(np.mean(np.diff(near, 3) ** 2) / 20.0)) if len(near) > 3 else 0.0
+    rough = roughness(theta[np.abs(t - t[row]) <= 0.5 * _LONGEST])
     floor = 1e-12 * float(np.abs(theta).max())
     return max(rough, (step or 0.0) / math.sqrt(12.0), floor)
 
@@ -87,9 +88,21 @@ def state_at(recording: Recording, rig: Rig, row: int) -> FloatArray:
 
     At the first row angles are the samples themselves, and the disc is taken at rest if
     the samples allow it, since most runs begin so. An angle that was not recorded is
-    taken equal to the other one.
+    taken equal to the other one, if no velocity was recorded either; otherwise the string has
+    the twist that turning steadily at its speed takes, and an angle that nothing tells is 0.
     """
-    fits: dict[str, tuple[float, float]] = {}
+    if recording.velocities():
+        return _state_with_velocities(recording, rig, row)
+    fits = _angle_fits(recording, row)
+    upper = fits["theta_u"] if "theta_u" in fits else fits["theta_l"]
+    if rig.inertias == 1:
+        return np.array([upper[0], upper[1], 0.0, 0.0])
+    lower = fits.get("theta_l", upper)
+    return np.array([upper[0] - lower[0], upper[1], lower[1], lower[0]])
+
+
+def _angle_fits(recording: Recording, row: int) -> dict[Channel, tuple[float, float]]:
+    fits: dict[Channel, tuple[float, float]] = {}
     for name, theta in recording.angles().items():
         step = recording.quanta.get(name)
         angle, velocity = local_fit(recording.t, theta, row, step)
@@ -97,8 +110,45 @@ def state_at(recording: Recording, rig: Rig, row: int) -> FloatArray:
             angle = float(theta[0])
             velocity = 0.0 if _starts_at_rest(recording.t, theta, step) else velocity
         fits[name] = (angle, velocity)
-    upper = fits["theta_u"] if "theta_u" in fits else fits["theta_l"]
+    return fits
+
+
+def _state_with_velocities(recording: Recording, rig: Rig, row: int) -> FloatArray:
+    fits = _angle_fits(recording, row)
+    speeds = {
+        name: _speed_at(recording.t, omega, row) for name, omega in recording.velocities().items()
+    }
+    either = next(iter([v for _, v in fits.values()] or speeds.values()))
+    upper, lower = (
+        fits[angle][1] if angle in fits else speeds.get(omega, either)
+        for angle, omega in (("theta_u", "omega_u"), ("theta_l", "omega_l"))
+    )
     if rig.inertias == 1:
-        return np.array([upper[0], upper[1], 0.0, 0.0])
-    lower = fits.get("theta_l", upper)
-    return np.array([upper[0] - lower[0], upper[1], lower[1], lower[0]])
+        return np.array([fits["theta_u"][0] if "theta_u" in fits else 0.0, upper, 0.0, 0.0])
+    if len(fits) == 2:
+        theta_u, theta_l = fits["theta_u"][0], fits["theta_l"][0]
+        return np.array([theta_u - theta_l, upper, lower, theta_l])
+    twist = float(lower_curve(rig, lower)) * float(np.sign(lower)) / rig.ktheta
+    theta_u = fits["theta_u"][0] if "theta_u" in fits else None
+    theta_l = fits["theta_l"][0] if "theta_l" in fits else 0.0
+    return np.array([twist, upper, lower, theta_l if theta_u is None else theta_u - twist])
+
+
+def _speed_at(t: FloatArray, omega: FloatArray, row: int) -> float:
+    """Velocity at a row by a straight line over the samples around it, 0 where rest explains it."""
+    known = np.flatnonzero(np.isfinite(omega))
+    if row == 0:
+        first = known[: max(int(np.searchsorted(t, t[0] + _REST_WINDOW)), 2 * _FEWEST)]
+        x = (t[first] - t[0]) / _REST_WINDOW
+        columns = np.stack([x, x**2], axis=1)
+        left = omega[first] - columns @ (np.linalg.pinv(columns) @ omega[first])
+        floor = max(roughness(omega), 1e-9 * float(np.abs(omega[known]).max()))
+        if float(np.sqrt(np.mean(left**2))) <= 1.3 * floor:
+            return 0.0
+    place = int(np.searchsorted(known, row))
+    step = max((t[-1] - t[0]) / (len(t) - 1), 1e-12)
+    half = max(round(_SPEED_WINDOW / step), _FEWEST)
+    near = known[max(place - half, 0) : place + half] if row > 0 else known[: 2 * half]
+    if len(near) < 2:
+        return 0.0
+    return float(np.polyfit(t[near] - t[row], omega[near], 1)[1])

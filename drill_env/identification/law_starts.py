@@ -10,6 +10,7 @@ from drill_env._types import FrictionLaw
 from drill_env.friction import lower_curve
 from drill_env.identification.coordinates import Coordinates, free_names
 from drill_env.identification.descent import Problem, descend, point_at
+from drill_env.identification.drive import with_known_scale
 from drill_env.identification.estimate import Estimate, FitOptions, identify
 from drill_env.identification.knowledge import typical_noise
 from drill_env.identification.noise_of_recording import estimated_noise
@@ -106,6 +107,7 @@ def fit_from(
     if not warm or options.method != "prediction_error":
         progress = (lambda _, i, v: report(i, v)) if report else None
         return identify(recordings, start, fixed=fixed, options=options, progress=progress)
+    fixed = with_known_scale(recordings, fixed)
     base = start.replace(**fixed)
     samples = tuple(prepare(r, base, offset=options.offset) for r in recordings)
     fits = [estimated_noise(sample, base) for sample in samples]
@@ -131,6 +133,10 @@ def top_speed(recordings: Sequence[Recording]) -> float:
     """A speed (rad/s) that the lower disc reaches, above most others."""
     speeds = []
     for recording in recordings:
+        omega = recording.velocities().get("omega_l")
+        if recording.theta_l is None and omega is not None:
+            speeds.append(np.abs(omega[np.isfinite(omega)]))
+            continue
         theta = recording.channel("theta_l")
         stride = min(max(1, round(0.1 * recording.rate)), len(recording) - 1)
         spans = recording.t[stride:] - recording.t[:-stride]

@@ -1,4 +1,4 @@
-"""Noise of a recorded rig: a coloured torque on each disc and each encoder's error."""
+"""Noise of a recorded rig: a coloured torque on each disc and each sensor's error."""
 
 from __future__ import annotations
 
@@ -25,6 +25,8 @@ class NoiseModel:
         tau_l: correlation time of the lower torque, s.
         encoder_u: of the upper encoder, rad.
         encoder_l: of the lower encoder, rad.
+        speed_u: of the upper disc's measured velocity, rad/s.
+        speed_l: of the lower disc's measured velocity, rad/s.
     """
 
     torque_u: float = 0.02
@@ -33,6 +35,8 @@ class NoiseModel:
     tau_l: float = 0.1
     encoder_u: float = 2.0 * math.pi / 8192 / math.sqrt(12.0)
     encoder_l: float = 2.0 * math.pi / 8192 / math.sqrt(12.0)
+    speed_u: float = 0.05
+    speed_l: float = 0.05
 
     def __post_init__(self) -> None:
         for item in fields(self):
@@ -41,13 +45,29 @@ class NoiseModel:
                 raise InputError(f"noise {item.name} is {value}: give a number greater than 0")
 
     def vector(self) -> FloatArray:
-        """The logarithms of the six values, in the order of the fields."""
+        """The logarithms of the eight values, in the order of the fields."""
         return np.log([getattr(self, item.name) for item in fields(self)])
 
     @classmethod
     def from_vector(cls, logs: FloatArray) -> NoiseModel:
         """The inverse of `vector`."""
         return cls(*np.exp(logs).tolist())
+
+    def named(self, *, velocities: bool) -> dict[str, float]:
+        """The values by name, those of velocities only where there are any."""
+        names = [item.name for item in fields(self)]
+        return {name: float(getattr(self, name)) for name in (names if velocities else names[:6])}
+
+
+SENSORS = ("encoder_u", "encoder_l", "speed_u", "speed_l")
+"""The sensors' values, in the order of the readings theta_u, theta_l, omega_u, omega_l."""
+
+
+def roughness(values: FloatArray) -> float:
+    """Standard deviation of white noise on a smooth motion, shape (n,), NaN where missing."""
+    known = values[np.isfinite(values)]
+    # Third differences hide a smooth motion and keep white noise, times the root of 20.
+    return float(np.sqrt(np.mean(np.diff(known, 3) ** 2) / 20.0)) if len(known) > 3 else 0.0
 
 
 def repeated_counts(theta: FloatArray) -> FloatArray:

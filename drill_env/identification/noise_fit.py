@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from drill_env._types import FloatArray
+from drill_env._types import FloatArray, IntArray
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.prediction_error import Samples, Trace, trace_of
 from drill_env.parameters import Rig
@@ -19,9 +19,10 @@ _LONGEST_STEP = 2.0
 # Standard deviations of the prior on the logarithms: correlation times far from a tenth of a
 # second are hardly told from white or constant torques.
 _PRIOR = NoiseModel().vector()
-_PRECISION = 1.0 / np.array([10.0, 10.0, 0.5, 0.5, 10.0, 10.0]) ** 2
-_FLOORS = np.log([1e-6, 1e-8, 1e-3, 1e-3, 1e-9, 1e-9])
-_CEILINGS = np.log([10.0, 1.0, 20.0, 20.0, 1.0, 1.0])
+_PRECISION = 1.0 / np.array([10.0, 10.0, 0.5, 0.5, *[10.0] * 4]) ** 2
+_FLOORS = np.log([1e-6, 1e-8, 1e-3, 1e-3, 1e-9, 1e-9, 1e-6, 1e-6])
+_CEILINGS = np.log([10.0, 1.0, 20.0, 20.0, 1.0, 1.0, 100.0, 100.0])
+_SENSORS = 4
 
 
 def noise_step(
@@ -35,20 +36,20 @@ def noise_step(
     only: Sequence[int] | None = None,
     known: Sequence[Trace] | None = None,
 ) -> NoiseModel:
-    """One step of Fisher scoring on the six logarithms of a noise model that recordings share.
+    """One step of Fisher scoring on the logarithms of a noise model that recordings share.
 
     Args:
         recordings: from `prepare`.
         starts: of each recording, held.
         rig: parameters, held.
         noise: present model.
-        torques: whether the torques' size and correlation change, or the encoders' only.
+        torques: whether the torques' size and correlation change, or the sensors' only.
         robust: standard deviations at which an innovation's weight ends.
         only: places of the values that move, in the order of `NoiseModel`; all by default.
         known: traces at the present model, where they are at hand.
     """
     logs = noise.vector()
-    free = np.arange(len(logs)) if torques else np.arange(4, len(logs))
+    free = told(recordings, torques=torques)
     if only is not None:
         free = np.array(only)
     tried = [logs + _STEP * unit for unit in np.eye(len(logs))[free]]
@@ -72,6 +73,17 @@ def noise_step(
     step *= min(1.0, _LONGEST_STEP / max(float(np.abs(step).max()), 1e-12))
     logs[free] += step
     return NoiseModel.from_vector(np.clip(logs, _FLOORS, _CEILINGS))
+
+
+def told(recordings: Sequence[Samples], *, torques: bool = True) -> IntArray:
+    """Places, in the order of `NoiseModel`, of the values that recordings can tell."""
+    with_velocities = [s for s in recordings if s.angles.shape[1] > 2]
+    sensors = np.array([_SENSORS, _SENSORS + 1])
+    if with_velocities:
+        read = np.any([np.isfinite(s.angles).any(axis=0) for s in with_velocities], axis=0)
+        read[:2] |= len(with_velocities) < len(recordings)
+        sensors = _SENSORS + np.flatnonzero(read)
+    return np.concatenate([np.arange(_SENSORS) if torques else sensors[:0], sensors])
 
 
 def _scoring(base: Trace, moved: Sequence[Trace], robust: float) -> tuple[FloatArray, FloatArray]:

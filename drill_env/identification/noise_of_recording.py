@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 from drill_env._types import FloatArray
-from drill_env.identification.noise import NoiseModel
+from drill_env.identification.noise import NoiseModel, roughness
 from drill_env.identification.noise_fit import noise_step
 from drill_env.identification.prediction_error import Samples, Score, score
 from drill_env.parameters import Rig
-from drill_env.recordings import Recording
+from drill_env.recordings import Channel, Recording
 
 _START_ROUNDS = 5
 # Of minus twice the log likelihood: nothing that a test would notice.
 _ENOUGH = 0.1
+_SPEEDS: dict[str, Channel] = {"speed_u": "omega_u", "speed_l": "omega_l"}
+_LEAST_SPEED = 1e-3
 
 
 def estimated_noise(
@@ -52,7 +55,17 @@ def _first_noise(recording: Recording) -> NoiseModel:
         "encoder_l": recording.quanta.get("theta_l"),
     }
     known = {name: step / math.sqrt(12.0) for name, step in steps.items() if step}
-    return replace(NoiseModel(), **known)
+    return replace(NoiseModel(), **known, **first_speeds([recording]))
+
+
+def first_speeds(recordings: Sequence[Recording]) -> dict[str, float]:
+    """First guess of the measured velocities' noise in recordings that share it, rad/s."""
+    found: dict[str, float] = {}
+    for name, channel in _SPEEDS.items():
+        sizes = [roughness(r.channel(channel)) for r in recordings if channel in r.velocities()]
+        if sizes:
+            found[name] = max(*sizes, _LEAST_SPEED)
+    return found
 
 
 def settled_starts(

@@ -11,21 +11,34 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
 from drill_env.friction import kernel_record
-from drill_env.identification._filter import FILTER, N_FILTER, N_SLOPES, N_START, PATH, run_filter
+from drill_env.identification._filter import (
+    FILTER,
+    N_FILTER,
+    N_SLOPES,
+    N_START,
+    PATH,
+    PATH_WITH_VELOCITIES,
+    run_filter,
+)
 from drill_env.identification.initial_state import state_at
-from drill_env.identification.noise import NoiseModel, repeated_counts
+from drill_env.identification.noise import SENSORS, NoiseModel
+from drill_env.identification.readings import (
+    READINGS,
+    START_ANGLE,
+    doubt_what_velocities_hide,
+    readings_of,
+)
 from drill_env.integrator._advance import DONE
 from drill_env.integrator._records import EVENT, FIRST_PARAMETER, RUN, STEPS_PER_PERIOD, new_work
 from drill_env.integrator._tableau import TABLEAUX
 from drill_env.parameters import SYMBOLS, Rig
-from drill_env.recordings import Recording
+from drill_env.recordings import Channel, Recording
 
 _RTOL = 1e-7
 # A sample interval needs a few steps; a rig far from sense would take them for ever.
 _MOST_STEPS = 2000
 # Doubt about the velocities that a restart takes from the samples around it.
 _START_SPEED = 0.3
-_START_ANGLE = 0.05
 
 
 class Buffers(NamedTuple):
@@ -47,9 +60,10 @@ class Samples:
     Attributes:
         recording: where it came from.
         t: times from 0, s, shape (n,).
-        u: held voltages, V, shape (n,).
-        angles: theta_u and theta_l, rad, NaN where missing, shape (n, 2).
-        repeats: samples that share one rounding error, shape (n, 2).
+        u: held voltages, V, or torques, Nm, which km = 1 goes with; shape (n,).
+        angles: theta_u and theta_l, rad, and where a velocity is recorded omega_u and omega_l,
+            rad/s; NaN where missing, shape (n, 2) or (n, 4).
+        repeats: samples that share one rounding error, shape as of `angles`.
         loads: known torques on the discs, held as the voltage is, Nm, shape (n, 2).
         restarts: rows where the state is unknown, shape (m,).
         starts: first guess of theta_u - theta_l, omega_u, omega_l, theta_l there and of the
@@ -70,19 +84,44 @@ class Samples:
     spreads: FloatArray
     release: float = 0.0
 
+    @property
+    def names(self) -> tuple[Channel, ...]:
+        """The channels that `angles` holds."""
+        return READINGS[: self.angles.shape[1]]
+
+    def misread(self, errors: FloatArray) -> FloatArray:
+        """Errors of the readings when the sensors mistake the discs' angles.
+
+        A disc of which only the velocity is read has a sensor whose error is the derivative.
+
+        Args:
+            errors: of both sensors' angles, rad, shape (n, 2) or (n, 2, m).
+
+        Returns:
+            Shape (n, readings) or (n, readings, m).
+        """
+        if self.angles.shape[1] == 2:
+            return errors
+        out = np.zeros((len(self.t), 4, *errors.shape[2:]))
+        out[:, :2] = errors
+        for disc in range(2):
+            if np.isnan(self.angles[:, disc]).all():
+                out[:, 2 + disc] = np.gradient(errors[:, disc], self.t, axis=0)
+        return out
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Score:
     """The likelihood of one recording and its derivatives by the parameters and the starts.
 
     Attributes:
-        value: minus twice the log likelihood of the angles and starts, without its constant.
+        value: minus twice the log likelihood of readings and starts, without its constant.
         gradient: descent of half of the value with the filter's gains held, the starts
             eliminated, shape (14,).
         information: expected curvature likewise, shape (14, 14).
         start_step: Gauss-Newton step of the starts while the parameters stay, shape (m, 5).
         start_slope: what it loses for each unit that a parameter moves, shape (m, 5, 14).
-        samples: number of angles that were predicted.
+        samples: number of readings that were predicted.
     """
 
     value: float
@@ -98,8 +137,8 @@ class Trace:
     """What the filter knew at each row.
 
     Attributes:
-        innovation: measured minus predicted angle of (theta_u, theta_l), rad, shape (n, 2).
-        variance: variance the filter gave it, rad^2, shape (n, 2); 0 where no sample is.
+        innovation: measured minus predicted reading, in the order and shape of `Samples.angles`.
+        variance: variance the filter gave it; 0 where no sample is.
         state: twist, omega_u, omega_l, theta_l, d_u, d_l; shape (n, 6).
     """
 
@@ -109,7 +148,7 @@ class Trace:
 
     @property
     def standardised(self) -> FloatArray:
-        """Innovations over their standard deviations, shape (n, 2); NaN where no sample is."""
+        """Innovations over their standard deviations; NaN where no sample is."""
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(self.variance > 0, self.innovation / np.sqrt(self.variance), np.nan)
 
@@ -119,9 +158,9 @@ class Path:
     """One pass of the filter, row by row.
 
     Attributes:
-        value: minus twice the log likelihood of the angles, without its constant and the starts.
+        value: minus twice the log likelihood of the readings, without constant and starts.
         trace: innovations and filtered states.
-        rows: records of `PATH`, shape (n,).
+        rows: records of `path_type`, shape (n,).
     """
 
     value: float
@@ -135,7 +174,7 @@ def prepare(
     """Make a recording ready for the filter.
 
     Args:
-        recording: with u and theta_u or theta_l.
+        recording: with u and theta_u or theta_l, or a velocity.
         rig: tells a one-inertia rig from a whole one.
         window: s after which the state is forgotten and estimated anew (multiple shooting).
         offset: standard deviation of the twist that the encoders do not show at their zeros,
@@ -148,29 +187,20 @@ def prepare(
         raise InputError(f"window is {window}: give seconds greater than 0")
     t = recording.t - recording.t[0]
     u = recording.channel("u")
-    angles = np.full((len(t), 2), math.nan)
-    repeats = np.ones((len(t), 2))
-    if not recording.angles():
-        recording.channel("theta_u")
-    for place, name in enumerate(("theta_u", "theta_l")):
-        if rig.inertias == 1 and name == "theta_l":
-            continue
-        theta = recording.channels().get(name)
-        if theta is not None:
-            angles[:, place] = theta
-            if name in recording.quanta:
-                repeats[:, place] = repeated_counts(theta)
+    angles, repeats = readings_of(recording, rig)
     restarts = _restarts(t, recording.interval, window)
     starts = np.zeros((len(restarts), N_START))
     spreads = np.zeros((len(restarts), N_START))
     for i, row in enumerate(restarts.tolist()):
         starts[i, :4] = state_at(recording, rig, row)
         still = row == 0 and starts[i, 1] == 0.0 and starts[i, 2] == 0.0
-        spreads[i, :4] = (_START_ANGLE, *([0.0 if still else _START_SPEED] * 2), _START_ANGLE)
+        spreads[i, :4] = (START_ANGLE, *([0.0 if still else _START_SPEED] * 2), START_ANGLE)
         spreads[i, 4] = offset
         if rig.inertias == 1:
-            spreads[i, 2:] = (0.0, _START_ANGLE, 0.0)
+            spreads[i, 2:] = (0.0, START_ANGLE, 0.0)
             spreads[i, 0] = 0.0
+        if recording.velocities():
+            doubt_what_velocities_hide(spreads[i], recording, rig)
     loads = np.zeros((len(t), 2))
     return Samples(recording, t, u, angles, repeats, loads, restarts, starts, spreads)
 
@@ -221,12 +251,14 @@ def _filter(
         np.zeros(2), np.zeros((1, 1)), np.zeros(0), np.zeros((0, 4)),
         np.zeros((0, 2), dtype=np.int64), np.zeros(256, dtype=EVENT), np.zeros((0, 4, 1)),
     )  # fmt: skip
-    windows = len(samples.restarts)
+    windows, readings = len(samples.restarts), samples.angles.shape[1]
     left = _Run(
         f, np.zeros((windows, N_SLOPES)), np.zeros((windows, N_SLOPES, N_SLOPES)),
-        np.zeros((rows, 4 + N_FILTER)), np.zeros(path_rows, dtype=PATH),
+        np.zeros((rows, 2 * readings + N_FILTER)),
+        np.zeros(path_rows, dtype=PATH if readings == 2 else PATH_WITH_VELOCITIES),
     )  # fmt: skip
-    variance = samples.repeats * np.array([noise.encoder_u, noise.encoder_l]) ** 2
+    sizes = np.array([getattr(noise, name) for name in SENSORS[:readings]])
+    variance = samples.repeats * sizes**2
     status = run_filter(
         f[0], kernel_record(rig)[0], run[0], work[0], TABLEAUX["dopri5"][0], samples.t, samples.u,
         samples.loads, samples.angles, variance, samples.restarts, starts, buffers, left.gradients,
@@ -282,13 +314,18 @@ def trace_of(
     rows = _filter(
         samples, rig, noise, starts, slopes=False, robust=robust, rows=len(samples.t)
     ).trace
-    return Trace(rows[:, 0:4:2], rows[:, 1:4:2], rows[:, 4:])
+    return _trace(rows)
+
+
+def _trace(rows: FloatArray) -> Trace:
+    ends = rows.shape[1] - N_FILTER
+    return Trace(rows[:, 0:ends:2], rows[:, 1:ends:2], rows[:, ends:])
 
 
 def value_of(
     samples: Samples, rig: Rig, noise: NoiseModel, starts: FloatArray, robust: float = math.inf
 ) -> float:
-    """Minus twice the log likelihood of the angles, without its constant and the starts."""
+    """Minus twice the log likelihood of the readings, without its constant and the starts."""
     left = _filter(samples, rig, noise, starts, slopes=False, robust=robust)
     return float(left.f["value"][0])
 
@@ -302,7 +339,7 @@ def path_of(
     *,
     slopes: bool = False,
 ) -> Path:
-    """As `trace_of`, with records of `PATH` that carry other errors through the same filter.
+    """As `trace_of`, with records of `path_type` that carry other errors through the same filter.
 
     Args:
         samples: from `prepare`.
@@ -316,5 +353,4 @@ def path_of(
     left = _filter(
         samples, rig, noise, starts, slopes=slopes, robust=robust, rows=rows, path_rows=rows
     )
-    trace = Trace(left.trace[:, 0:4:2], left.trace[:, 1:4:2], left.trace[:, 4:])
-    return Path(float(left.f["value"][0]), trace, left.path)
+    return Path(float(left.f["value"][0]), _trace(left.trace), left.path)

@@ -12,6 +12,7 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
 from drill_env.friction import lower_curve
+from drill_env.identification.drive import driven_rig
 from drill_env.identification.initial_state import state_at
 from drill_env.identification.inverse_dynamics import InverseOptions, rig_force_error
 from drill_env.integrator import Voltage, sampled_voltage, simulate
@@ -24,9 +25,9 @@ class ChannelError:
     """Error of one simulated channel against the measured one.
 
     Attributes:
-        rms: root mean square, rad.
-        max: largest absolute error, rad.
-        range: largest minus smallest measured value, rad.
+        rms: root mean square, rad, or rad/s of a velocity.
+        max: largest absolute error, likewise.
+        range: largest minus smallest measured value, likewise.
     """
 
     rms: float
@@ -47,11 +48,11 @@ class ReplayResult:
         recording: what was measured.
         rig: the parameters.
         initial: (twist, omega_u, omega_l, theta_l) at the first row, shape (4,).
-        simulated: angle by channel over the whole run, free after the first row, rad.
+        simulated: reading by channel over the whole run, free after the first row, rad or rad/s.
         errors: error of `simulated` by channel.
         horizon: s between the restarts of the prediction.
-        predicted: angle by channel when restarted every `horizon` s from the measured
-            state, rad; empty where an angle was not recorded.
+        predicted: reading by channel when restarted every `horizon` s from the measured
+            state; empty where an angle was not recorded.
         prediction_errors: error of `predicted` by channel.
         force_error: relative force error of a one-inertia rig, share of 1, else None.
         notes: what a reader should know of this replay.
@@ -107,8 +108,9 @@ def replay(
     """Simulate a rig through a recording's voltage and compare.
 
     Args:
-        recording: with u and at least one angle; theta_u for a one-inertia rig.
-        rig: parameters.
+        recording: with u and at least one angle or velocity; the upper disc's for a one-inertia
+            rig.
+        rig: parameters; where the drive is a measured torque, km is taken to be 1.
         initial: (twist, omega_u, omega_l, theta_l) at the first row, shape (4,); by
             default the first angles and velocities fitted to the first samples.
         horizon: s between restarts of the prediction.
@@ -119,6 +121,7 @@ def replay(
     """
     if not (math.isfinite(horizon) and horizon > 0):
         raise InputError(f"horizon is {horizon}: give seconds greater than 0")
+    rig = driven_rig(rig, [recording])
     channels = _compared(recording, rig)
     t = recording.t - recording.t[0]
     voltage = sampled_voltage(t, recording.channel("u"))
@@ -126,7 +129,7 @@ def replay(
     free = _run(rig, voltage, t, start)
     simulated: dict[Channel, FloatArray] = {name: free[name] for name in channels}
     predicted: dict[Channel, FloatArray] = {}
-    if len(channels) == rig.inertias:
+    if len(recording.angles().keys() & set(channels)) == rig.inertias:
         pieces = _restarted(recording, rig, start, horizon)
         predicted = {name: pieces[name] for name in channels}
     force_error = rig_force_error(recording, rig, options) if _has_force(recording, rig) else None
@@ -140,22 +143,26 @@ def replay(
 
 def _compared(recording: Recording, rig: Rig) -> list[Channel]:
     if rig.inertias == 1:
-        recording.channel("theta_u")
-        return ["theta_u"]
-    if not recording.angles():
-        recording.channel("theta_l")
-    return list(recording.angles())
+        found: list[Channel] = [name for name in recording.readings() if name.endswith("_u")]
+    else:
+        found = list(recording.readings())
+    if not found:
+        recording.channel("theta_u" if rig.inertias == 1 else "theta_l")
+    return found
 
 
 def _has_force(recording: Recording, rig: Rig) -> bool:
-    return rig.inertias == 1 and not recording.has_note("gap")
+    return rig.inertias == 1 and recording.theta_u is not None and not recording.has_note("gap")
 
 
 def _run(rig: Rig, voltage: Voltage, t: FloatArray, state: FloatArray) -> dict[Channel, FloatArray]:
     # A little longer than the samples, lest rounding puts the last one past the end.
     seconds = float(t[-1] - t[0]) + 1e-9
     run = simulate(rig, voltage, seconds, t_start=float(t[0]), t_eval=t, initial=state)
-    return {"theta_u": run.readings[:, 0], "theta_l": run.readings[:, 1]}
+    return {
+        "theta_u": run.readings[:, 0], "theta_l": run.readings[:, 1],
+        "omega_u": run.omega_u, "omega_l": run.omega_l,
+    }  # fmt: skip
 
 
 def _restarted(
@@ -172,6 +179,8 @@ def run_pieces(
 ) -> dict[Channel, FloatArray]:
     """Angles (rad) of a rig put into a state at some rows and left to itself in between.
 
+    The velocities (rad/s) that were recorded are there, too.
+
     Args:
         recording: with u.
         rig: parameters.
@@ -185,7 +194,9 @@ def run_pieces(
         _run(rig, voltage, t[row:end], state)
         for row, end, state in zip(bounds[:-1], bounds[1:], states, strict=True)
     ]
-    return {name: np.concatenate([p[name] for p in pieces]) for name in pieces[0]}
+    speeds = recording.velocities()
+    names: list[Channel] = [n for n in pieces[0] if n.startswith("theta") or n in speeds]
+    return {name: np.concatenate([p[name] for p in pieces]) for name in names}
 
 
 def channel_errors(
@@ -206,6 +217,12 @@ def _notes(recording: Recording, rig: Rig) -> list[RecordingWarning]:
     if rig.inertias == 1:
         return []
     source, angles = recording.source, recording.angles()
+    if not angles:
+        text = (
+            f"{source}: only velocities are recorded; the string is taken as twisted as a steady "
+            "run twists it at the start, and nothing is restarted from the measured state"
+        )
+        return [RecordingWarning("hidden_state", text)]
     if len(angles) == 1:
         text = (
             f"{source}: only {next(iter(angles))} is recorded (columns: "

@@ -8,6 +8,7 @@ roughly where the rig resembles the paper's; there they give remarks and no erro
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +16,7 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.identification.alternatives import angle_or_none, explained, find_alternative
+from drill_env.identification.drive import driven_rig
 from drill_env.identification.row_checks import check_rows
 from drill_env.identification.sizes import compare_encoders, compare_sizes
 from drill_env.identification.torn import (
@@ -26,6 +28,7 @@ from drill_env.identification.torn import (
     grid_step,
     is_varied,
     smoothed,
+    with_integrals,
 )
 from drill_env.parameters import Rig
 from drill_env.recordings import Recording, RecordingWarning
@@ -62,7 +65,7 @@ def screen(
     """Refuse a recording that no rig can make, and remark what is doubtful.
 
     Args:
-        recording: with u and at least one angle; gaps and missing samples are skipped.
+        recording: with u and at least one angle or velocity; gaps and missing samples are skipped.
         rig: the rig if it is known, not a mere starting guess; sizes are then held against
             it, too.
         alone: the upper disc was alone, as in stage 1, and theta_l says nothing. Without theta_l
@@ -93,10 +96,13 @@ def findings(
     "unit", "clock", "current", "shifted_voltage" and "unrelated".
 
     Args:
-        recording: with u and at least one angle.
+        recording: with u and at least one angle or velocity. A disc of which there is only a
+            velocity is looked at by the integral of that.
         rig: the rig if it is known.
         alone: the upper disc was alone; so, too, if the rig has one inertia.
     """
+    measured = recording
+    recording = with_integrals(recording)
     alone = alone or (rig is not None and rig.inertias == 1)
     # A dead encoder has been remarked on reading.
     recording = replace(
@@ -108,13 +114,25 @@ def findings(
         return ()
     if recording.u is None:
         return tuple(check_rows(recording))
-    other = find_alternative(recording)
-    notes = check_rows(recording) if other is None else [other]
+    # An integral jumps and stands still by the noise of the velocity: no encoder to be judged.
+    whole = measured.angles().keys() == recording.angles().keys()
+    other = find_alternative(recording) if whole else None
+    notes = [other] if other is not None else check_rows(recording) if whole else []
     # Across a jump every derivative is wrong.
     if notes or recording.has_note("jump"):
         return tuple(notes)
     found = _physics(recording, rig, alone)
-    return () if found is None else (found,)
+    return () if found is None else (_as_recorded(found, measured),)
+
+
+def _as_recorded(note: RecordingWarning, measured: Recording) -> RecordingWarning:
+    """The remark with the velocity named that was recorded, and not its integral."""
+    text = str(note)
+    for disc in "ul":
+        if f"theta_{disc}" not in measured.angles() and f"omega_{disc}" in measured.velocities():
+            text = text.replace(f"theta_{disc}", f"omega_{disc}")
+    text = re.sub(r"(=omega_[ul]:(?:deg|turn|mrad))\b", r"\1/s", text)
+    return RecordingWarning(note.code, text)
 
 
 def _physics(recording: Recording, rig: Rig | None, alone: bool) -> RecordingWarning | None:
@@ -132,7 +150,11 @@ def _physics(recording: Recording, rig: Rig | None, alone: bool) -> RecordingWar
         note = check(case)
         if note is not None:
             return note
-    found = compare_encoders(upper, lower, rig) or compare_sizes(s, upper, lower, rig)
+    found = compare_encoders(upper, lower, rig)
+    # How much a Nm moves is another rig's, and no unit's.
+    if found is None and (recording.drive == "voltage" or rig is not None):
+        given = None if rig is None else driven_rig(rig, [recording])
+        found = compare_sizes(s, upper, lower, given)
     return None if found is None else case.note(*found)
 
 

@@ -21,7 +21,8 @@ class Smoothed:
         states: twist, omega_u, omega_l, theta_l, d_u, d_l; shape (n, 6).
         pull: slope of the log likelihood by a torque on each disc held over the interval after
             each row, 1/Nm, shape (n, 2).
-        misread: slope of the log likelihood by an error of each reading, 1/rad, shape (n, 2).
+        misread: slope of the log likelihood by an error of each reading, 1/rad or s/rad, shape
+            (n, readings).
     """
 
     states: FloatArray
@@ -38,7 +39,8 @@ def smoothed(samples: Samples, noise: NoiseModel, path: Path) -> Smoothed:
         path: the pass.
     """
     n = len(samples.t)
-    states, pull, misread = (np.zeros((n, m)) for m in (N_FILTER, 2, 2))
+    readings = samples.angles.shape[1]
+    states, pull, misread = (np.zeros((n, m)) for m in (N_FILTER, 2, readings))
     rate = np.array([1.0 / noise.tau_u, 1.0 / noise.tau_l])
     smooth(
         path.rows, samples.t, rate, samples.restarts, path.trace.state, np.zeros(N_FILTER),
@@ -57,17 +59,18 @@ def slopes_of(
         noise: under which the pass was made.
         path: the pass.
         loads: torques on both discs over the interval after each row, Nm, shape (n, 2, m).
-        errors: errors of both readings, rad, shape (n, 2, m), or None.
+        errors: errors of both sensors' angles, rad, shape (n, 2, m), or None.
 
     Returns:
-        Slopes, shape (n, 2, m), in the order of `path.rows["white"]`.
+        Slopes, shape (n, readings, m), in the order of `path.rows["white"]`.
     """
-    out = np.zeros(loads.shape)
+    readings, count = samples.angles.shape[1], loads.shape[2]
+    out = np.zeros((len(samples.t), readings, count))
+    wrong = np.zeros((0, readings, count)) if errors is None else samples.misread(errors)
     state = np.zeros((N_FILTER, loads.shape[2]))
     rate = np.array([1.0 / noise.tau_u, 1.0 / noise.tau_l])
     carry(
         path.rows, samples.t, rate, samples.restarts, np.ascontiguousarray(loads),
-        np.zeros((0, 2, loads.shape[2])) if errors is None else np.ascontiguousarray(errors),
-        state, np.zeros_like(state), out,
+        np.ascontiguousarray(wrong), state, np.zeros_like(state), out,
     )  # fmt: skip
     return out

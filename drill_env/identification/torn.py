@@ -7,7 +7,7 @@ disc does. The coefficients are rough, but their signs and sizes tell which colu
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -95,6 +95,23 @@ class LowerFit:
     pull: Term
     hold: Term
     share: float
+
+
+def with_integrals(recording: Recording) -> Recording:
+    """The recording with the integral of the velocity as the angle of each disc that has none.
+
+    The integral drifts with the velocity's noise, which is far slower than what is fitted.
+    """
+    t, added = recording.t, {}
+    for angle, velocity in (("theta_u", "omega_u"), ("theta_l", "omega_l")):
+        omega = getattr(recording, velocity)
+        if omega is None or getattr(recording, angle) is not None:
+            continue
+        known = np.isfinite(omega)
+        held = np.interp(t, t[known], omega[known])
+        theta = np.append(0.0, np.cumsum(0.5 * (held[1:] + held[:-1]) * np.diff(t)))
+        added[angle] = np.where(known, theta, np.nan)
+    return replace(recording, **added) if added else recording
 
 
 def smoothed(recording: Recording, cutoff: float = _CUTOFF) -> Smoothed | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
+from drill_env.identification.drive import driven_rig, torque_driven
 from drill_env.identification.estimate import Estimate
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_of_recording import estimated_noise, settled_starts
@@ -34,7 +35,6 @@ _DOUBT = 0.001
 # Of a disc at rest all samples hold one and the same rounding error: they are no dice.
 _SHARED = 8.0
 _SIZES = (0.8, 1.25)
-_CHANNELS: tuple[Channel, Channel] = ("theta_u", "theta_l")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,7 +81,10 @@ class Validation:
         return {
             **self.replay.as_dict(),
             "encoder_offset": float(self.start[4]),
-            "noise": {**asdict(self.noise), "estimated_here": self.noise_estimated},
+            "noise": {
+                **self.noise.named(velocities=bool(self.recording.velocities())),
+                "estimated_here": self.noise_estimated,
+            },
             "residuals": {name: test.as_dict() for name, test in self.residuals.items()},
             "verdict": self.verdict,
         }
@@ -94,8 +97,8 @@ def validate(recording: Recording, rig: Rig, noise: NoiseModel | None = None) ->
     samples around a restart miss omega_l by ten times as much.
 
     Args:
-        recording: with u and theta_u or theta_l.
-        rig: parameters.
+        recording: with u and theta_u or theta_l, or velocities.
+        rig: parameters; where the drive is a measured torque, km is taken to be 1.
         noise: of the recordings that the rig was fitted to; None to estimate it on this one.
             It then grows with the rig's errors and hides part of them.
 
@@ -107,6 +110,7 @@ def validate(recording: Recording, rig: Rig, noise: NoiseModel | None = None) ->
             "validate judges a rig without [[effects]], which the filter does not follow: replay "
             "the recording instead, or diagnose it"
         )
+    rig = driven_rig(rig, [recording])
     samples = prepare(recording, rig)
     if noise is None:
         found, starts = estimated_noise(samples, rig)
@@ -135,8 +139,12 @@ def validate_estimate(estimate: Estimate, holdout: Sequence[Recording] = ()) -> 
         estimate: the fit.
         holdout: recordings that it was not fitted to; judged against the noise of the fit
             where its recordings share one, else against their own.
+
+    Raises:
+        InputError: some recordings are driven by a voltage and some by a torque.
     """
     fitted = [sample.recording for sample in estimate.problem.samples]
+    torque_driven([*fitted, *holdout])
     shared = estimate.point.noise[0] if len(estimate.point.noise) == 1 else None
     if not estimate.problem.torques:
         # Multiple shooting has no torques: held, they would count every disturbance as an error.
@@ -180,7 +188,7 @@ def _replayed(samples: Samples, rig: Rig, starts: FloatArray, trace: Trace) -> R
 
 def _residuals(samples: Samples, trace: Trace) -> dict[Channel, Whiteness]:
     tests: dict[Channel, Whiteness] = {}
-    for i, name in enumerate(_CHANNELS):
+    for i, name in enumerate(samples.names):
         alone = samples.repeats[:, i] <= _SHARED
         errors = np.where(alone, trace.standardised[:, i], math.nan)
         found = whiteness(errors, samples.u, samples.recording.interval)

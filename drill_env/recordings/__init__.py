@@ -10,7 +10,7 @@ from drill_env.recordings.manifest import (
     read_folder,
 )
 from drill_env.recordings.read import read_recording
-from drill_env.recordings.recording import Recording, RecordingWarning
+from drill_env.recordings.recording import Drive, Recording, RecordingWarning
 from drill_env.recordings.signals import SIGNAL_KINDS, Signal, parse_signal, signal_samples
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "SIGNAL_KINDS",
     "Channel",
     "ColumnMap",
+    "Drive",
     "Recording",
     "RecordingSet",
     "RecordingSettings",

@@ -11,23 +11,42 @@ from typing import Literal, TypeAlias, cast
 
 from drill_env._errors import InputError
 
-Channel: TypeAlias = Literal["t", "u", "theta_u", "theta_l"]
-CHANNELS: tuple[Channel, ...] = ("t", "u", "theta_u", "theta_l")
+Channel: TypeAlias = Literal["t", "u", "torque", "theta_u", "theta_l", "omega_u", "omega_l"]
+CHANNELS: tuple[Channel, ...] = ("t", "u", "torque", "theta_u", "theta_l", "omega_u", "omega_l")
 ANGLES: tuple[Channel, ...] = ("theta_u", "theta_l")
+VELOCITIES: tuple[Channel, ...] = ("omega_u", "omega_l")
 
 _TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
-_VOLTAGE = {"V": 1.0, "mV": 1e-3, "kV": 1e3}
+_VOLTAGE = {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "kV": 1e3}
+# A linear axis is driven by a force.
+_TORQUE = {
+    "Nm": 1.0, "mNm": 1e-3, "uNm": 1e-6, "Ncm": 1e-2, "kNm": 1e3, "N": 1.0, "mN": 1e-3, "kN": 1e3,
+}  # fmt: skip
 # A linear axis is a one-inertia rig too, so its position may be a length.
 _ANGLE = {
     "rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180.0, "turn": 2.0 * math.pi, "rev": 2.0 * math.pi,
-    "m": 1.0, "mm": 1e-3, "um": 1e-6,
+    "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6,
 }  # fmt: skip
+_VELOCITY = {f"{unit}/s": scale for unit, scale in _ANGLE.items()} | {"rpm": math.pi / 30.0}
 UNITS: dict[Channel, dict[str, float]] = {
     "t": _TIME,
     "u": _VOLTAGE,
+    "torque": _TORQUE,
     "theta_u": _ANGLE,
     "theta_l": _ANGLE,
+    "omega_u": _VELOCITY,
+    "omega_l": _VELOCITY,
 }
+COUNTED: dict[Channel, str] = {
+    "theta_u": "counts", "theta_l": "counts", "omega_u": "counts/s", "omega_l": "counts/s",
+}  # fmt: skip
+"""Unit of a counted channel in a manifest, which knows the counts per revolution."""
+
+
+# What a file writes beside them under these names is often computed from them.
+_STANDS_FOR: dict[Channel, Channel] = {
+    "u": "torque", "torque": "u", "omega_u": "theta_u", "omega_l": "theta_l",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +57,7 @@ class Column:
         name: the column's name in the file.
         unit: the unit as stated, None when nothing was stated.
         scale: SI value of one unit.
-        turn: counts per revolution, for counted encoders.
+        turn: counts per revolution, for counted angles.
     """
 
     name: str
@@ -59,8 +78,10 @@ ColumnMap: TypeAlias = Mapping[Channel, str]
 def parse_map(entries: Iterable[str]) -> dict[Channel, str]:
     """Read ``CHANNEL=COLUMN[:UNIT]`` entries.
 
-    Units: t in s, ms, us, ns, min; u in V, mV, kV; angles in rad, mrad, deg, turn, rev,
-    m, mm, um or ``counts/N`` (N counts per revolution); or a bare number to multiply by.
+    Units: t in s, ms, us, ns, min; u in V, mV, uV, kV; torque in Nm, mNm, uNm, Ncm, kNm or, of
+    a linear axis, N, mN, kN; angles in rad, mrad, deg, turn, rev, m, cm, mm, um or ``counts/N``
+    (N counts per revolution); velocities in any of these a second (rad/s, deg/s, ...), rpm or
+    ``counts/N`` (counts a second); or a bare number to multiply by.
 
     Raises:
         InputError: an entry has no "=", an unknown channel or comes twice.
@@ -87,10 +108,12 @@ def resolve(
     Args:
         source: the file, for messages.
         found: the file's columns.
-        column_map: mapped channels; the others are looked for under their own names.
+        column_map: mapped channels; the others are looked for under their own names, a torque
+            only where no voltage is, and a velocity only where the disc has no angle.
 
     Raises:
-        InputError: a mapped column or the time column is not there, or a unit is unknown.
+        InputError: a mapped column or the time column is not there, a unit is unknown, or both
+            a voltage and a torque are mapped.
     """
     given: ColumnMap = column_map or {}
     unknown = sorted(set(given) - set(CHANNELS))
@@ -103,8 +126,14 @@ def resolve(
         for channel in CHANNELS
         if channel in given
     }
+    if "u" in columns and "torque" in columns:
+        raise InputError(
+            f"{source}: u and torque are both mapped, and either drives the rig: map one of them, "
+            "the torque where the motor's is measured"
+        )
     for channel in CHANNELS:
-        if channel not in columns and channel in found:
+        stands_for = _STANDS_FOR.get(channel)
+        if channel in found and channel not in columns and stands_for not in columns:
             columns[channel] = Column(channel)
     if "t" not in columns:
         raise InputError(missing_text(source, ("t",), found))
@@ -116,9 +145,10 @@ def missing_text(source: str, channels: Sequence[str], found: Sequence[str]) -> 
     one = channels[0]
     near = difflib.get_close_matches(one.lower(), [f.lower() for f in found], n=1, cutoff=0.7)
     guess = next((f for f in found if near and f.lower() == near[0]), "COLUMN")
+    torque = " (or --map torque=COLUMN, a measured torque)" if one == "u" else ""
     return (
         f"{source}: no column {' and '.join(channels)}; found: {_listed(found)}. "
-        f"Name it, for example --map {one}={guess}"
+        f"Name it, for example --map {one}={guess}{torque}"
     )
 
 
@@ -137,9 +167,9 @@ def _parse(source: str, channel: Channel, text: str, found: Sequence[str]) -> Co
     if not unit:
         return Column(name)
     counts = re.fullmatch(r"counts/(\d+(?:\.\d+)?(?:[eE]\d+)?)", unit)
-    if counts and channel in ANGLES and float(counts[1]) > 0:
+    if counts and channel in COUNTED and float(counts[1]) > 0:
         turn = float(counts[1])
-        return Column(name, unit, 2.0 * math.pi / turn, turn)
+        return Column(name, unit, 2.0 * math.pi / turn, turn if channel in ANGLES else None)
     if unit in UNITS[channel]:
         return Column(name, unit, UNITS[channel][unit])
     return Column(name, unit, _number(channel, text, unit))
@@ -152,5 +182,5 @@ def _number(channel: Channel, text: str, unit: str) -> float:
         scale = math.nan
     if math.isfinite(scale) and scale != 0.0:
         return scale
-    names = [*UNITS[channel], *(["counts/N"] if channel in ANGLES else []), "a number to multiply"]
+    names = [*UNITS[channel], *(["counts/N"] if channel in COUNTED else []), "a number to multiply"]
     raise InputError(f"--map {channel}={text}: unknown unit {unit!r}; known: {', '.join(names)}")

@@ -12,7 +12,7 @@ from typing import Any, Literal, TypeAlias, cast, get_args
 
 from drill_env._errors import InputError
 from drill_env._types import PathLike
-from drill_env.recordings.columns import ANGLES, CHANNELS, UNITS, Channel
+from drill_env.recordings.columns import CHANNELS, COUNTED, UNITS, Channel, missing_text
 from drill_env.recordings.read import Missing, read_recording
 from drill_env.recordings.recording import Recording, RecordingWarning
 
@@ -102,17 +102,18 @@ def _read(file: Path, entry: RecordingSettings) -> Recording:
     columns: dict[Channel, str] = {}
     for channel in CHANNELS:
         unit = entry.units.get(channel)
-        if unit == "counts":
+        if unit is not None and unit == COUNTED.get(channel):
             unit = f"counts/{entry.counts_per_rev:g}"
         if channel in entry.columns or unit is not None:
             name = entry.columns.get(channel, channel)
             columns[channel] = name if unit is None else f"{name}:{unit}"
-    need: tuple[Channel, ...] = ("u", "theta_u") if entry.role == "stage1" else ("u",)
-    recording = read_recording(file, columns, need=need, missing=entry.missing)
-    if not recording.angles():
+    recording = read_recording(file, columns, need=("u",), missing=entry.missing)
+    if entry.role == "stage1" and recording.theta_u is None and recording.omega_u is None:
+        raise InputError(missing_text(str(file), ("theta_u",), recording.columns))
+    if not recording.readings():
         raise InputError(
-            f"{file}: neither theta_u nor theta_l; found: {', '.join(recording.columns)}. Name "
-            f"one under columns in {MANIFEST}"
+            f"{file}: neither theta_u nor theta_l, nor a velocity omega_u or omega_l; found: "
+            f"{', '.join(recording.columns)}. Name one under columns in {MANIFEST}"
         )
     return recording
 
@@ -219,13 +220,14 @@ def _check_counts(where: str, merged: Mapping[str, Any]) -> None:
     if counts is not None and not good:
         raise InputError(f"{where}: counts_per_rev is {counts!r}; give a number greater than 0")
     for channel, unit in merged["units"].items():
-        if unit == "counts" and channel in ANGLES:
+        counted = COUNTED.get(cast(Channel, channel))
+        if unit == counted:
             if counts is None:
                 raise InputError(
-                    f'{where}: units.{channel} is "counts" but counts_per_rev is not given; add it'
+                    f'{where}: units.{channel} is "{unit}" but counts_per_rev is not given; add it'
                 )
         elif unit not in UNITS[cast(Channel, channel)] and not _is_number(unit):
-            names = [*UNITS[cast(Channel, channel)], *(["counts"] if channel in ANGLES else [])]
+            names = [*UNITS[cast(Channel, channel)], *([counted] if counted else [])]
             raise InputError(
                 f"{where}: unknown unit {unit!r} of {channel}; known: {', '.join(names)}, or a "
                 "number to multiply by"

@@ -18,11 +18,20 @@ from drill_env.recordings.checks import (
     check_huge,
     check_length,
     check_time,
-    check_voltage,
 )
-from drill_env.recordings.columns import ANGLES, Channel, Column, ColumnMap, missing_text, resolve
+from drill_env.recordings.columns import (
+    ANGLES,
+    VELOCITIES,
+    Channel,
+    Column,
+    ColumnMap,
+    missing_text,
+    resolve,
+)
+from drill_env.recordings.drives import check_torque, check_voltage
 from drill_env.recordings.recording import Recording, RecordingWarning
 from drill_env.recordings.tables import Table, as_numbers, read_table
+from drill_env.recordings.velocities import check_velocity
 
 Missing: TypeAlias = Literal["refuse", "keep"]
 
@@ -36,16 +45,16 @@ def read_recording(
 ) -> Recording:
     """Read one recording and check it.
 
-    Row i holds the angles sampled at t[i] and the voltage held from t[i] to t[i+1].
+    Row i holds the readings at t[i] and the voltage or torque held from t[i] to t[i+1].
     Each remark is issued as a `RecordingWarning` and kept in the recording's notes.
 
     Args:
         path: .csv, .csv.gz, .parquet or .mat file.
         column_map: channel to "COLUMN" or "COLUMN:UNIT", see `parse_map`; channels not
             mapped are looked for under their own names.
-        need: channels that must be there, besides t.
-        missing: "refuse" values that are no number, or "keep" them: then an angle stays NaN,
-            and rows without time or voltage are left out.
+        need: channels that must be there, besides t; a torque stands for u.
+        missing: "refuse" values that are no number, or "keep" them: then an angle or velocity
+            stays NaN, and rows without time or drive are left out.
 
     Raises:
         InputError: the file, a column or the time base is bad.
@@ -55,7 +64,8 @@ def read_recording(
     table = read_table(path)
     found = tuple(table.columns)
     columns = resolve(source, found, column_map)
-    absent = [name for name in need if name not in columns]
+    there = {*columns, "u"} if "torque" in columns else {*columns}
+    absent = [name for name in need if name not in there]
     if absent:
         raise InputError(missing_text(source, absent, found))
     check_length(table.columns[columns["t"].name], source)
@@ -63,13 +73,30 @@ def read_recording(
     extra, ignored = _extra(source, table, columns)
     notes = _without_missing(source, values, extra) if missing == "keep" else []
     checked, quanta = _checked(values, places)
-    notes += checked + ignored
+    notes += checked + ignored + _two_drives(source, found, columns, column_map or {})
     for note in notes:
         warnings.warn(note, stacklevel=2)
+    torque = values.pop("torque", None)
+    if torque is not None:
+        values["u"] = torque
     return Recording(
-        **values, extra=extra, constants=table.constants, quanta=quanta, source=source,
+        **values, drive="voltage" if torque is None else "torque", extra=extra,
+        constants=table.constants, quanta=quanta, source=source,
         columns=(*found, *table.constants), notes=tuple(notes),
     )  # fmt: skip
+
+
+def _two_drives(
+    source: str, found: tuple[str, ...], columns: dict[Channel, Column], given: ColumnMap
+) -> list[RecordingWarning]:
+    unsaid = "u" not in given and "torque" not in columns
+    if not ({"u", "torque"} <= set(found) and unsaid):
+        return []
+    text = (
+        f"{source}: holds both u and torque; u is taken for the drive, say --map u=u, or "
+        "--map torque=torque where the motor's torque was measured"
+    )
+    return [RecordingWarning("two_drives", text)]
 
 
 def _channels(
@@ -95,10 +122,10 @@ def _channels(
 def _without_missing(
     source: str, values: dict[Channel, FloatArray], extra: dict[str, FloatArray]
 ) -> list[RecordingWarning]:
-    """Cut rows without time or voltage out of both; the remark, if anything is missing."""
-    angles: list[Channel] = [name for name in ANGLES if name in values]
+    """Cut rows without time or drive out of both; the remark, if anything is missing."""
+    read: list[Channel] = [name for name in (*ANGLES, *VELOCITIES) if name in values]
     absent = {name: ~np.isfinite(column) for name, column in values.items()}
-    cut = np.any([absent[name] for name in values if name not in angles], axis=0)
+    cut = np.any([absent[name] for name in values if name not in read], axis=0)
     some = np.any(list(absent.values()), axis=0)
     if not some.any():
         return []
@@ -107,13 +134,13 @@ def _without_missing(
     for name in extra:
         extra[name] = extra[name][~cut]
     check_length(values["t"], source)
-    for name in angles:
+    for name in read:
         values[name][~np.isfinite(values[name])] = np.nan
         if np.isfinite(values[name]).sum() < SHORTEST:
             raise InputError(f"{source}: {name} has no {SHORTEST} values; map another column")
     text = (
         f"{source}: {int(some.sum())} rows lack a value, {int(cut.sum())} of them the time or the "
-        "voltage; these are left out, in the others the angle counts as not measured"
+        "drive; these are left out, in the others the reading counts as not measured"
     )
     return [RecordingWarning("missing", text)]
 
@@ -125,6 +152,12 @@ def _checked(
     notes = check_time(values["t"], places["t"])
     if "u" in values:
         notes += check_voltage(values["u"], places["u"])
+    if "torque" in values:
+        notes += check_torque(values["torque"], places["torque"])
+    for name in VELOCITIES:
+        if name in values:
+            there = np.isfinite(values[name])
+            notes += check_velocity(values[name][there], places[name])
     quanta: dict[str, float] = {}
     for name in ANGLES:
         if name in values:

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import BoolArray, FloatArray, IntArray
-from drill_env.recordings.columns import ANGLES, CHANNELS, Channel, missing_text
+from drill_env.recordings.columns import ANGLES, VELOCITIES, Channel, missing_text
 
+Drive: TypeAlias = Literal["voltage", "torque"]
+"""What drives the rig: the motor's voltage, or its torque (of a linear axis, force) itself."""
+
+_CHANNELS: tuple[Channel, ...] = ("t", "u", *ANGLES, *VELOCITIES)
 _GAP = 1.8
 
 
@@ -26,7 +31,7 @@ class RecordingWarning(UserWarning):
     Attributes:
         code: what it is, one of "jitter", "gap", "slow_clock", "constant", "saturated",
             "wrapped", "jump", "implausible_speed", "large_voltage", "ignored_column",
-            "missing", "no_manifest", "twist_offset", "hidden_state", or one of
+            "two_drives", "missing", "no_manifest", "twist_offset", "hidden_state", or one of
             `drill_env.identification.screening.findings`.
     """
 
@@ -37,16 +42,21 @@ class RecordingWarning(UserWarning):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
-    """One run. Row i holds the angles at t[i] and the voltage held from t[i] to t[i+1].
+    """One run. Row i holds the readings at t[i] and the drive held from t[i] to t[i+1].
 
-    Rows that were lost are not there: a gap shows as a long step of `t`, see `gaps`. An angle
-    that is missing while the voltage is known is NaN, if it was read with missing="keep".
+    Rows that were lost are not there: a gap shows as a long step of `t`, see `gaps`. A reading
+    that is missing while the drive is known is NaN, if it was read with missing="keep".
 
     Attributes:
         t: times in s, strictly ascending, shape (n,).
-        u: motor voltage in V, shape (n,), or None.
+        u: motor voltage in V, or motor torque in Nm (force in N) where `drive` says so,
+            shape (n,), or None.
         theta_u: upper-disc angle in rad (or position in m), shape (n,), or None; NaN if missing.
         theta_l: lower-disc angle in rad, shape (n,), or None; NaN where missing.
+        omega_u: upper-disc velocity in rad/s (or m/s) as measured, and not as computed from
+            `theta_u`, shape (n,), or None; NaN where missing.
+        omega_l: lower-disc velocity likewise.
+        drive: what `u` is.
         extra: other numeric columns as they stand in the file, each of shape (n,).
         constants: single numbers in the file, such as a drive gain.
         quanta: encoder step of each angle where one is visible, rad.
@@ -59,6 +69,9 @@ class Recording:
     u: FloatArray | None = None
     theta_u: FloatArray | None = None
     theta_l: FloatArray | None = None
+    omega_u: FloatArray | None = None
+    omega_l: FloatArray | None = None
+    drive: Drive = "voltage"
     extra: Mapping[str, FloatArray] = field(default_factory=dict)
     constants: Mapping[str, float] = field(default_factory=dict)
     quanta: Mapping[str, float] = field(default_factory=dict)
@@ -79,12 +92,20 @@ class Recording:
 
     def channels(self) -> dict[Channel, FloatArray]:
         """The channels present, t among them."""
-        values: dict[Channel, FloatArray | None] = {c: getattr(self, c) for c in CHANNELS}
+        values: dict[Channel, FloatArray | None] = {c: getattr(self, c) for c in _CHANNELS}
         return {name: value for name, value in values.items() if value is not None}
 
     def angles(self) -> dict[Channel, FloatArray]:
         """The angle channels present."""
         return {name: value for name, value in self.channels().items() if name in ANGLES}
+
+    def velocities(self) -> dict[Channel, FloatArray]:
+        """The velocity channels present."""
+        return {name: value for name, value in self.channels().items() if name in VELOCITIES}
+
+    def readings(self) -> dict[Channel, FloatArray]:
+        """Angles and velocities present."""
+        return self.angles() | self.velocities()
 
     def channel(self, name: Channel) -> FloatArray:
         """One channel, shape (n,).

@@ -13,7 +13,7 @@ from drill_env.diagnosis.terms import Shape, Term
 from drill_env.effects import LIBRARY
 from drill_env.parameters import Rig
 
-ANGLES = ("theta_u", "theta_l")
+CHANNELS = ("theta_u", "omega_u", "theta_l", "omega_l")
 _MOST_ROWS = 8
 _NOTHING = "nothing"
 
@@ -107,7 +107,7 @@ def error_rows(result: DiagnosisResult) -> list[dict[str, str]]:
     """Errors on held-out recordings, before and after."""
     rows = []
     for key, what in (("five_second_prediction", "5 s prediction"), ("holdout", "free run")):
-        for name in ANGLES:
+        for name in CHANNELS:
             errors = result.fit.get(key, {}).get(name)
             if errors is None:
                 continue
@@ -162,6 +162,8 @@ _NOISE = {
     "tau_l": ("correlation time of the lower torque", "s"),
     "encoder_u": ("upper encoder", "rad"),
     "encoder_l": ("lower encoder", "rad"),
+    "speed_u": ("upper velocity", "rad/s"),
+    "speed_l": ("lower velocity", "rad/s"),
 }
 
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.diagnosis.shapes import COORDINATES
+from drill_env.diagnosis.shapes import COORDINATES, TURN, comes_round
 from drill_env.diagnosis.terms import Shape, Term
 from drill_env.effects.along import Motion
-
-TURN = 2.0 * np.pi
 
 _WORDS = {
     "time": "time [s]",
@@ -52,7 +50,7 @@ def cycles_of(term: Term) -> float | None:
     """Cycles a turn, or a second, of a law that repeats."""
     source = term.source
     if isinstance(source, Shape):
-        return 1.0 if source.depends_on.startswith("theta") else None
+        return 1.0 if comes_round(source.depends_on, source.knots) else None
     parameters = source.effect.parameters
     if not any(p.role == "phase" for p in parameters):
         return None

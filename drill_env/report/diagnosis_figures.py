@@ -123,7 +123,7 @@ def held_out_figure(before: Judged, after: Judged, number: int) -> Markup:
     known = [bool(np.isfinite(after.measured[:, disc]).any()) for disc in (0, 1)]
     gap = np.nan_to_num(before.short - before.measured, posinf=0.0, neginf=0.0)
     rows = _window(t, (gap**2).sum(axis=1))
-    series, label = _shown(known, rows)
+    series, label = _shown(after, known, rows)
     with page_style():
         figure = new_figure((1.0,), 2.4)
         axis = figure.axes[0]
@@ -138,12 +138,19 @@ def held_out_figure(before: Judged, after: Judged, number: int) -> Markup:
     return inline(figure, f"held-{number}", "measured and simulated motion")
 
 
-def _shown(known: Sequence[bool], rows: slice) -> tuple[Callable[[FloatArray], FloatArray], str]:
-    """What is drawn of the angles, and its label; whole turns would hide the vibration."""
-    if all(known):
-        return (lambda a: a[rows, 0] - a[rows, 1]), "upper less lower angle [rad]"
-    disc = 0 if known[0] else 1
-    return (lambda a: a[rows, disc]), f"{_DISCS[disc]} angle [rad]"
+def _shown(
+    judged: Judged, known: Sequence[bool], rows: slice
+) -> tuple[Callable[[FloatArray], FloatArray], str]:
+    """What is drawn of the readings, and its label; whole turns would hide the vibration."""
+    words = [_words(name) for name in judged.channels]
+    if all(known) and words[0] == words[1]:
+        return (lambda a: a[rows, 0] - a[rows, 1]), f"upper less lower {words[0]}"
+    disc = 0 if known[0] and not known[1] else 1
+    return (lambda a: a[rows, disc]), f"{_DISCS[disc]} {words[disc]}"
+
+
+def _words(channel: str) -> str:
+    return "speed [rad/s]" if channel.startswith("omega") else "angle [rad]"
 
 
 def _window(t: FloatArray, size: FloatArray) -> slice:
@@ -163,7 +170,7 @@ def errors_figure(
     Args:
         before: under the rig alone.
         after: with what was found.
-        floors: root mean square that noise alone gives, rad, of each channel.
+        floors: root mean square that noise alone gives, rad or rad/s, of each channel.
         number: of the recording.
     """
     discs = [i for i in (0, 1) if np.isfinite(after.measured[:, i]).any()]
@@ -179,7 +186,8 @@ def errors_figure(
                 axis.axhspan(
                     -2 * floor, 2 * floor, color=SHADE, alpha=0.35, lw=0, label="noise alone"
                 )
-            axis.set_ylabel(f"{_DISCS[disc]} error [rad]")
+            unit = "rad/s" if after.channels[disc].startswith("omega") else "rad"
+            axis.set_ylabel(f"{_DISCS[disc]} error [{unit}]")
             legend(axis)
         figure.axes[-1].set_xlabel("time [s]")
         figure.axes[-1].set_xlim(float(t[0]), float(t[-1]))

@@ -12,7 +12,6 @@ from drill_env.diagnosis.diagnose import Diagnosis
 from drill_env.diagnosis.rounds import NEEDED
 from drill_env.diagnosis.slips import Slips
 from drill_env.report._diagnosis_rows import (
-    ANGLES,
     effect_rows,
     error_rows,
     likelihood_rows,
@@ -97,13 +96,14 @@ def _recordings(
 
 def _held_out(found: Diagnosis) -> list[dict[str, Any]]:
     short = found.result.fit.get("five_second_prediction", {})
-    floors = [short.get(name, {}).get("floor_rms") for name in ANGLES]
     pairs = zip(found.holdout, found.before, found.after, strict=True)
     return [
         {
             "name": Path(source).name,
             "motion": held_out_figure(before, after, i),
-            "errors": errors_figure(before, after, floors, i),
+            "errors": errors_figure(
+                before, after, [short.get(n, {}).get("floor_rms") for n in after.channels], i
+            ),
         }
         for i, (source, before, after) in enumerate(pairs)
         if i < _MOST_RECORDINGS

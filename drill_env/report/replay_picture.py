@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from drill_env._errors import InputError
 from drill_env._files import replacing
 from drill_env._types import FloatArray, PathLike
+from drill_env.identification.drive import UNIT
 from drill_env.identification.replay import ReplayResult
 
 if TYPE_CHECKING:
@@ -15,7 +16,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _KINDS = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".webp")
-_LABELS = {"theta_u": r"$\theta_u$", "theta_l": r"$\theta_l$"}
+_LABELS = {
+    "theta_u": r"$\theta_u$", "theta_l": r"$\theta_l$",
+    "omega_u": r"$\omega_u$", "omega_l": r"$\omega_l$",
+}  # fmt: skip
 _MEASURED, _SIMULATED, _PREDICTED = "#1f3b73", "#d1495b", "#edae49"
 
 
@@ -31,11 +35,11 @@ def replay_figure(result: ReplayResult) -> Figure:
     axes = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
     t = result.recording.t
     axes[0].step(t, result.recording.channel("u"), where="post", color="0.2", lw=0.8)
-    axes[0].set_ylabel("u [V]")
+    axes[0].set_ylabel(f"u [{UNIT[result.recording.drive]}]")
     unit = "rad" if result.rig.inertias == 2 else "unit of position"
     for i, name in enumerate(channels):
         measured = result.recording.channel(name)
-        label = f"{_LABELS[name]} [{unit}]"
+        label = f"{_LABELS[name]} [{unit}{'/s' if name.startswith('omega') else ''}]"
         _traces(axes[1 + 2 * i], t, measured, result.simulated[name], label)
         _error(axes[2 + 2 * i], result, i, measured)
     for axis in axes:

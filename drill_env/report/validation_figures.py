@@ -10,6 +10,7 @@ from plotly.subplots import make_subplots
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
 from drill_env.friction import lower_curve
+from drill_env.identification.drive import UNIT
 from drill_env.identification.estimate import Estimate
 from drill_env.identification.validation import Validation
 from drill_env.identification.whiteness import Whiteness
@@ -19,7 +20,10 @@ MEASURED, SIMULATED, PREDICTED = "#1f3b73", "#d1495b", "#e08e0b"
 _POINTS = 2000
 _DRAWS = 400
 _SPEEDS = 160
-_LABELS = {"theta_u": "θ<sub>u</sub>", "theta_l": "θ<sub>l</sub>"}
+_LABELS = {
+    "theta_u": "θ<sub>u</sub>", "theta_l": "θ<sub>l</sub>",
+    "omega_u": "ω<sub>u</sub>", "omega_l": "ω<sub>l</sub>",
+}  # fmt: skip
 
 
 def correlation_figure(estimate: Estimate) -> go.Figure:
@@ -92,9 +96,10 @@ def traces_figure(validation: Validation) -> go.Figure:
         x=_short(t[rows]), y=_short(volts), line={"color": "#555", "width": 1, "shape": "hv"},
         name="voltage", showlegend=False, row=1, col=1,
     )  # fmt: skip
-    figure.update_yaxes(title_text="u [V]", row=1, col=1)
-    unit = "rad" if result.rig.inertias == 2 else "unit"
+    figure.update_yaxes(title_text=f"u [{UNIT[recording.drive]}]", row=1, col=1)
+    angle = "rad" if result.rig.inertias == 2 else "unit"
     for i, name in enumerate(channels):
+        unit = f"{angle}/s" if name.startswith("omega") else angle
         _angle_rows(figure, validation, name, 2 + 2 * i, first=i == 0)
         figure.update_yaxes(title_text=f"{_LABELS[name]} [{unit}]", row=2 + 2 * i, col=1)
         figure.update_yaxes(title_text=f"error [{unit}]", row=3 + 2 * i, col=1)
@@ -137,7 +142,7 @@ def correlation_curves(validation: Validation, *, voltage: bool) -> go.Figure:
         lags, values = _curve(test, voltage=voltage)
         figure.add_scatter(
             x=_short(lags), y=_short(values), name=_LABELS[name],
-            line={"color": MEASURED if name == "theta_u" else SIMULATED, "width": 1},
+            line={"color": MEASURED if name.endswith("_u") else SIMULATED, "width": 1},
         )  # fmt: skip
     band = max(test.band for test in tests.values())
     figure.add_hrect(-band, band, fillcolor="#888", opacity=0.25, line_width=0, layer="below")

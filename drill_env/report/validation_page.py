@@ -38,6 +38,8 @@ _NOISE = (
     ("tau_l", "s", "correlation time of the lower torque"),
     ("encoder_u", "rad", "upper encoder"),
     ("encoder_l", "rad", "lower encoder"),
+    ("speed_u", "rad/s", "upper velocity"),
+    ("speed_l", "rad/s", "lower velocity"),
 )
 
 
@@ -153,13 +155,14 @@ def _parameter_rows(estimate: Estimate) -> list[dict[str, str]]:
 
 
 def _noise_rows(estimate: Estimate) -> list[dict[str, Any]]:
+    velocities = any(s.recording.velocities() for s in estimate.problem.samples)
     return [
         {
             "what": what,
             "unit": unit,
             "values": [f"{getattr(m, key):.3g}" for m in estimate.point.noise],
         }
-        for key, unit, what in _NOISE
+        for key, unit, what in (_NOISE if velocities else _NOISE[:6])
     ]
 
 

@@ -1,0 +1,25 @@
+"""The upper disc rubs with a force that does not depend on speed."""
+
+from drill_env._jit import kernel
+from drill_env.effects._effect import Effect, amplitude
+from drill_env.effects._signal import against
+
+
+@kernel
+def upper_coulomb(p, q, m, s, out):
+    """-sign(omega_u) torque."""
+    out.torque_u += against(s.omega_u, s.net_u, q[0])
+
+
+EFFECT = Effect(
+    id="upper_coulomb",
+    component="upper",
+    equation="upper",
+    depends_on="omega_u",
+    parameters=(amplitude("torque", "Nm", 0.1, most=1e5, signed=False),),
+    formula="-sign(omega_u) torque",
+    meaning="The upper disc rubs at every speed alike (Coulomb).",
+    kernel=upper_coulomb,
+    neighbours=("upper_stribeck", "upper_viscous"),
+    stands_for="Tsu",
+)

@@ -1,0 +1,127 @@
+"""The further scripts of the proof: discovery, ambiguity and PySINDy beside ours."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.concealed import ambiguity, discovery
+from benchmarks.concealed.cases import KINDS, Plan, draw
+from benchmarks.concealed.fields import PAPER, plant_record
+from benchmarks.concealed.limits import stored
+from benchmarks.concealed.make import write_recording
+from benchmarks.concealed.recordings import Hidden, Truth, make_recording
+from benchmarks.concealed.signals import signal
+from drill_env.identification.coordinates import Coordinates
+from drill_env.parameters import Rig
+from drill_env.recordings import read_recording
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_concealed_rig_of_an_answer_is_the_one_that_was_played(kind: str):
+    case = draw(5, Plan(kind, 3, ("string_creep",), (5.0,)))
+    assert ambiguity.truth_of(json.loads(json.dumps(case.answer))) == case.truth
+
+
+def test_the_recording_asked_for_is_played_on_the_concealed_rig(tmp_path: Path):
+    answer = draw(5, Plan("single", 0, ("actuator_lag",), (5.0,))).answer
+    (tmp_path / "fit-1.csv").write_text("")
+    command = (
+        "drill-env signal harmonic --seconds 4 --rate 200 --offset 0 --amplitude 3 --out p.csv"
+    )
+    ambiguity.add_recording(answer, command, tmp_path)
+    made = read_recording(tmp_path / "fit-2.csv")
+    assert not (tmp_path / "p.csv").exists()
+    assert np.abs(made.u - 3.0 * np.sin(0.4 * np.pi * made.t)).max() < 1e-5
+    # A lag of the voltage shows as its own time late in the upper disc once it turns steadily.
+    bare = ambiguity.truth_of({**answer, "effects": []})
+    early = make_recording(bare, np.round(made.u, 5), (*answer["seed"], 3)).angles[300:600, 0]
+    speed = np.gradient(early, made.t[300:600])
+    delay = float(speed @ (early - made.theta_u[300:600]) / (speed @ speed))
+    assert delay == pytest.approx(answer["effects"][0]["parameters"]["tau"], rel=0.5)
+
+
+def _diagnosis(first: str, probability: float, rivals: dict[str, tuple[float, float]], **more: Any):
+    others = [{"id": n, "probability": p, "delta_bic": d} for n, (p, d) in rivals.items()]
+    return {
+        "verdict": "missing_physics", "effects": [{"id": first, "probability": probability}],
+        "alternatives": others,
+        "next_experiment": {"signal": "a chirp", "separates": ["a", "b"],
+                            "expected_log_odds": 30.0}, **more,
+    }  # fmt: skip
+
+
+def test_an_ambiguity_is_settled_by_the_truth_alone():
+    answer = {"case": "case-001", "effects": [{"id": "b"}]}
+    before = _diagnosis("a", 0.7, {"b": (0.29, 20.0), "c": (0.01, 90.0)})
+    right = _diagnosis("b", 0.97, {"a": (0.03, 60.0)})
+    wrong = _diagnosis("a", 0.99, {"b": (0.01, 300.0)})
+    assert ambiguity.ambiguous(before, "b")
+    assert not ambiguity.ambiguous(before, "unheard of")
+    assert not ambiguity.ambiguous({**before, "next_experiment": None}, "b")
+    assert not ambiguity.ambiguous(right, "b")
+    found = ambiguity.judged(answer, before, right)
+    assert found["settled"] and found["before"]["rival"] == "a"
+    # From 10 behind to 30 ahead, in natural logarithms.
+    assert found["moved_log_odds"] == pytest.approx(40.0)
+    assert found["beaten"] and found["asked"]
+    found = ambiguity.judged(answer, before, wrong)
+    assert not found["settled"] and not found["beaten"]
+    # A newcomer leaves the old rival beaten and the matter open.
+    newcomer = ambiguity.judged(answer, before, _diagnosis("b", 0.7, {"c": (0.3, 10.0)}))
+    assert newcomer["beaten"] and not newcomer["settled"]
+
+
+def test_signs_of_the_slope_are_those_of_equation_7():
+    found = discovery.signs(Rig.paper())
+    p = PAPER
+
+    def slope(v: float) -> float:
+        first = 0.5 * p["T1"] * p["beta1"] / math.cosh(0.5 * p["beta1"] * v) ** 2
+        return first + 0.5 * p["T2"] * p["beta2"] / math.cosh(0.5 * p["beta2"] * v) ** 2 + p["bl"]
+
+    assert found["signs"] == "+-+"
+    assert [slope(v) for v in found["speeds"]] == pytest.approx([0.0, 0.0], abs=1e-4)
+    assert discovery.signs(Rig.paper().replace(friction="coulomb"))["signs"] == "+"
+
+
+def test_interval_of_the_hopf_point_is_that_of_its_gradient():
+    rig = Rig.paper()
+    coordinates = Coordinates(rig, ("km",))
+    # At a Hopf point km u alone is told by the rest of the rig: u follows 1 / km.
+    rigs = discovery.cloud(coordinates, coordinates.vector(rig), np.array([[1e-6]]), 0)
+    found = discovery.interval(rigs)
+    middle = discovery.hopf_b(rig)
+    assert middle is not None and found["with_b"] == found["humped"] == discovery.DRAWS
+    assert (found["high"] - found["low"]) / (2 * 1.96e-3 * middle) == pytest.approx(1.0, abs=0.15)
+
+
+def test_both_simulators_vibrate_without_sticking(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(discovery, "_SETTLE", 100.0)
+    answer = {"effects": [], "unlisted": {"id": "gear_bad_tooth", "parameters": {}}, "rig": PAPER,
+              "torque_noise_Nm": [0.0, 0.0], "counts": 8192, "lost_row_bursts": 0}  # fmt: skip
+    free = discovery.shaken(answer, Rig.paper(), 1.1)
+    assert free["true_stick_free"] and free["found_stick_free"]
+    for name in ("least", "largest", "period"):
+        assert free["found"][name] == pytest.approx(free["true"][name], abs=2e-3)
+    steady = discovery.shaken(answer, Rig.paper(), 0.4)
+    assert not steady["true_stick_free"] and not steady["found_stick_free"]
+
+
+def test_pysindy_finds_a_large_unbalance_and_nothing_in_nothing(tmp_path: Path):
+    sindy = pytest.importorskip("benchmarks.concealed.sindy", reason="of the bench extra")
+    hidden = Hidden("unbalance", {"torque": 20 * stored()["unbalance"]["size"], "phase": 0.7})
+    for folder, effects in (("with", (hidden,)), ("without", ())):
+        (tmp_path / folder).mkdir()
+        for i, stem in enumerate(("fit-1", "fit-2", "holdout-1")):
+            u = signal("random steps", np.random.default_rng(i), plant_record(PAPER))
+            made = make_recording(Truth(PAPER, effects), u, (3, i))
+            write_recording(tmp_path / folder / f"{stem}.csv", made)
+    rig = Rig.paper()
+    assert list(sindy.sparse(tmp_path / "with", rig, True, 0.5, 1.03)) == ["unbalance"]
+    assert not sindy.sparse(tmp_path / "without", rig, True, 0.5, 1.03)
