@@ -11,21 +11,18 @@ from threadpoolctl import threadpool_limits
 
 from drill_env._errors import InputError
 from drill_env.diagnosis.belief import (
-    belief_in,
-    chance,
     changes,
-    numbers_of,
-    probabilities,
     rivals,
     significant,
 )
-from drill_env.diagnosis.contest import trimmed
 from drill_env.diagnosis.declare import extended_rig
-from drill_env.diagnosis.extended import Fit, Setting
+from drill_env.diagnosis.extended import Fit
 from drill_env.diagnosis.faults import Fault, find_faults
-from drill_env.diagnosis.held_out import Judged, judge, judged_channels, noise_floor, rms
+from drill_env.diagnosis.held_out import Judged, judged_channels, noise_floor, rms
+from drill_env.diagnosis.judging import judged
 from drill_env.diagnosis.law import LawFit, law_fit
 from drill_env.diagnosis.locate import describe, locate
+from drill_env.diagnosis.named import named_effects, rounds_of
 from drill_env.diagnosis.next_experiment import next_experiment
 from drill_env.diagnosis.offered import free_parameters, is_parameter, offered_effects
 from drill_env.diagnosis.options import DiagnosisOptions
@@ -35,15 +32,12 @@ from drill_env.diagnosis.result import (
     DiagnosisResult,
     Located,
     NamedEffect,
-    Number,
     Verdict,
 )
-from drill_env.diagnosis.rounds import NEEDED, Found, Round, clearly, is_named
+from drill_env.diagnosis.rounds import NEEDED, Found, is_named
 from drill_env.diagnosis.search import find
 from drill_env.diagnosis.sentences import sentences
-from drill_env.diagnosis.slips import Slips
-from drill_env.diagnosis.terms import Named, Term
-from drill_env.effects import LIBRARY
+from drill_env.diagnosis.terms import Term
 from drill_env.identification.drive import torque_driven, with_known_scale
 from drill_env.identification.prediction_error import Samples, prepare
 from drill_env.parameters import Rig
@@ -52,8 +46,6 @@ from drill_env.recordings import Recording
 Report = Callable[[str], None]
 # A name that leaves over more than this share of its gain is doubted.
 _LEFT_OVER = 0.3
-# So many times the needed gain is plain evidence; by this share of it held-out recordings may lose.
-_PLAIN, _HARMLESS = 3.0, 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -130,51 +122,13 @@ def _diagnose(
     report("judging held-out recordings")
     base = law.before if law else found.base
     base_setting = law.setting if law else found.setting
-    found, before, after = _judged(found, base_setting, base, held)
+    found, before, after = judged(found, base_setting, base, held)
     faults = [f for f in find_faults(found.setting, found.final) if f.id not in options.leave_out]
     result = _result(found, base, rig, law, faults, before, after, held, options)
     return Diagnosis(
         result, found, rig, extended_rig(found.final.rig, found.final.terms), before, after,
         tuple(s.recording.source for s in held),
     )  # fmt: skip
-
-
-def _gain(before: Sequence[Judged], after: Sequence[Judged]) -> float:
-    return sum(j.value for j in before) - sum(j.value for j in after)
-
-
-def _named_or_not(
-    found: Found, before: Sequence[Judged], held: Sequence[Samples]
-) -> tuple[Found, tuple[Judged, ...]]:
-    """A free shape takes the place of a name only if held-out recordings prefer it as clearly."""
-    after = tuple(judge(s, found.setting, found.final) for s in held)
-    if found.nameless is None:
-        return found, after
-    other = tuple(judge(s, found.setting, found.nameless) for s in held)
-    named = _gain(before, after)
-    if held and found.final.terms and _gain(before, other) <= named + clearly(named):
-        return replace(found, nameless=None), after
-    return replace(found, final=found.nameless, contests={}), other
-
-
-def _judged(
-    found: Found, base_setting: Setting, base: Fit, held: Sequence[Samples]
-) -> tuple[Found, tuple[Judged, ...], tuple[Judged, ...]]:
-    """Judge before and after; a term that does not help on held-out recordings is dropped."""
-    before = tuple(judge(s, base_setting, base) for s in held)
-    found, after = _named_or_not(found, before, held)
-    while held and found.final.terms and not isinstance(found.final.terms[-1].source, Slips):
-        fewer = trimmed(found)
-        alone = tuple(judge(s, fewer.setting, fewer.final) for s in held)
-        gain = _gain(alone, after)
-        nearer = any(rms(after, "short", i) < 0.9 * rms(alone, "short", i) for i in range(2))
-        # Other signals may leave at rest what the fitted ones show plainly.
-        shown = fewer.final.bic - found.final.bic
-        harmless = shown > _PLAIN * NEEDED and gain > -_HARMLESS * shown
-        if gain > 2.0 or nearer or harmless:
-            break
-        found, after = fewer, alone
-    return found, before, after
 
 
 def _result(
@@ -185,13 +139,13 @@ def _result(
     final, setting = found.final, found.setting
     changed = changes(setting, final, start, seed=options.seed)
     scale = 0.0 if {"Ju", "km"} & set(options.fixed) else options.doubt
-    effects = _effects(found, law, faults, scale)
+    effects = named_effects(found, law, faults, scale)
     shaped = [t for t in final.terms if not is_named(t)]
     verdict = _verdict(found, effects, shaped, changed, options)
     leading = min(final.terms, key=lambda t: not is_parameter(t.id), default=None)
     located = locate(setting, final, leading) if leading is not None else _law_located(effects)
     chosen = effects[0].id if effects else (shaped[0].id if shaped else "")
-    alternatives = [Alternative(*rival) for rival in rivals(_rounds_of(found, chosen), chosen)]
+    alternatives = [Alternative(*rival) for rival in rivals(rounds_of(found, chosen), chosen)]
     # The menu is of the rig's voltages: a lone axis would leave its bench.
     plays = final.rig.inertias == 2 and setting.samples[0].recording.drive == "voltage"
     experiment = next_experiment(found) if final.terms and plays else None
@@ -238,90 +192,6 @@ def _law_located(effects: list[NamedEffect]) -> Located | None:
     return Located(
         first.component, equation, depends, "", [], {}, None, None,
         {"upper": 0.0, "lower": 0.0}, {"upper": 0.0, "lower": 0.0},
-    )  # fmt: skip
-
-
-def _effects(
-    found: Found, law: LawFit | None, faults: list[Fault], scale: float
-) -> list[NamedEffect]:
-    effects = []
-    if law is not None:
-        effects.append(_law_effect(found, law.gain))
-    lost = {effect.id: effect for effect in _lost_counts(found)}
-    for term in found.final.terms:
-        if term.id in lost:
-            effects.append(lost.pop(term.id))
-        if not isinstance(term.source, Named):
-            continue
-        effect = term.source.effect
-        effects.append(
-            NamedEffect(
-                effect.id, effect.component, belief_in(found, term.id),
-                numbers_of(found.final, term, scale),
-                effect.formula, effect.meaning, list(effect.aliases),
-            )
-        )  # fmt: skip
-    for fault in faults:
-        numbers = {k: Number(*v) for k, v in fault.parameters.items()}
-        effects.append(
-            NamedEffect(
-                fault.id, "sensor", chance(fault.score**2), numbers, fault.text, fault.text, []
-            )
-        )
-    # What the rig's own model has comes before physics beyond it.
-    return sorted(effects, key=lambda effect: not is_parameter(effect.id))
-
-
-def _rounds_of(found: Found, chosen: str) -> Sequence[Round]:
-    """The rounds from the one on that named the leading effect, which may not be the first."""
-    if not is_parameter(chosen):
-        return found.rounds
-    chances = [probabilities(r).get(chosen, 0.0) for r in found.rounds]
-    return found.rounds[int(np.argmax(chances)) :]
-
-
-def _lost_counts(found: Found) -> list[NamedEffect]:
-    """One effect for all steps of each encoder, from whichever round they come."""
-    effects = []
-    seconds = sum(float(m.t[-1] - m.t[0]) for m in found.final.motions)
-    ids = dict.fromkeys(t.id for t in found.final.terms if isinstance(t.source, Slips))
-    for name in ids:
-        steps = np.concatenate([t.q for t in found.final.terms if t.id == name])
-        real = np.abs(steps[np.abs(steps) > 0.3 * np.abs(steps).max()])
-        spread = 1.96 * float(np.std(real)) / math.sqrt(len(real))
-        size, rate = float(np.median(real)), len(real) / seconds
-        doubt = 1.96 * math.sqrt(len(real)) / seconds
-        numbers = {
-            "size": Number(size, size - spread, size + spread, "rad"),
-            "rate": Number(rate, max(rate - doubt, 0.0), rate + doubt, "1/s"),
-        }
-        effect = LIBRARY[name]
-        effects.append(
-            NamedEffect(
-                name, "sensor", belief_in(found, name),
-                numbers, "steps of `size`, on average `rate` a second, on the reading",
-                f"The {name.rsplit('_', 1)[1]} encoder loses counts at single moments.",
-                list(effect.aliases),
-            )
-        )  # fmt: skip
-    return effects
-
-
-def _law_effect(found: Found, gain: float) -> NamedEffect:
-    rig = found.final.rig
-    changed = changes(found.setting, found.final, rig)
-    numbers = {
-        name: Number(c.after, c.low, c.high, unit)
-        for name, unit in (("Tsl", "Nm"), ("T1", "Nm"), ("T2", "Nm"), ("beta1", "s/rad"),
-                           ("beta2", "s/rad"), ("bl", "Nm s/rad"))
-        if (c := changed.get(name)) is not None
-    }  # fmt: skip
-    return NamedEffect(
-        "friction_shape", "lower", chance(gain), numbers,
-        "T_l = Tsl + T1 (1 - 2/(1+e^(beta1 w))) + T2 (1 - 2/(1+e^(beta2 w))) + bl w",
-        "The brake's friction rises, falls and rises again with speed: the humped law of the "
-        "paper, equation (7).",
-        [],
     )  # fmt: skip
 
 

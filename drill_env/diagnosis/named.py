@@ -1,0 +1,110 @@
+"""What was found as named effects, with probabilities and intervals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from drill_env.diagnosis.belief import belief_in, chance, changes, numbers_of, probabilities
+from drill_env.diagnosis.faults import Fault
+from drill_env.diagnosis.law import LawFit
+from drill_env.diagnosis.offered import is_parameter
+from drill_env.diagnosis.result import NamedEffect, Number
+from drill_env.diagnosis.rounds import Found, Round
+from drill_env.diagnosis.slips import Slips
+from drill_env.diagnosis.terms import Named
+from drill_env.effects import LIBRARY
+
+
+def named_effects(
+    found: Found, law: LawFit | None, faults: list[Fault], scale: float
+) -> list[NamedEffect]:
+    """Effects of the final fit, another friction law and faults of the recording.
+
+    Args:
+        found: the search.
+        law: another friction law, where one was found.
+        faults: of the recordings.
+        scale: relative standard deviation of the scale of torque.
+    """
+    effects = []
+    if law is not None:
+        effects.append(_law_effect(found, law.gain))
+    lost = {effect.id: effect for effect in _lost_counts(found)}
+    for term in found.final.terms:
+        if term.id in lost:
+            effects.append(lost.pop(term.id))
+        if not isinstance(term.source, Named):
+            continue
+        effect = term.source.effect
+        effects.append(
+            NamedEffect(
+                effect.id, effect.component, belief_in(found, term.id),
+                numbers_of(found.final, term, scale),
+                effect.formula, effect.meaning, list(effect.aliases),
+            )
+        )  # fmt: skip
+    for fault in faults:
+        numbers = {k: Number(*v) for k, v in fault.parameters.items()}
+        effects.append(
+            NamedEffect(
+                fault.id, "sensor", chance(fault.score**2), numbers, fault.text, fault.text, []
+            )
+        )
+    # What the rig's own model has comes before physics beyond it.
+    return sorted(effects, key=lambda effect: not is_parameter(effect.id))
+
+
+def rounds_of(found: Found, chosen: str) -> Sequence[Round]:
+    """The rounds from the one on that named the leading effect, which may not be the first."""
+    if not is_parameter(chosen):
+        return found.rounds
+    chances = [probabilities(r).get(chosen, 0.0) for r in found.rounds]
+    return found.rounds[int(np.argmax(chances)) :]
+
+
+def _lost_counts(found: Found) -> list[NamedEffect]:
+    """One effect for all steps of each encoder, from whichever round they come."""
+    effects = []
+    seconds = sum(float(m.t[-1] - m.t[0]) for m in found.final.motions)
+    ids = dict.fromkeys(t.id for t in found.final.terms if isinstance(t.source, Slips))
+    for name in ids:
+        steps = np.concatenate([t.q for t in found.final.terms if t.id == name])
+        real = np.abs(steps[np.abs(steps) > 0.3 * np.abs(steps).max()])
+        spread = 1.96 * float(np.std(real)) / math.sqrt(len(real))
+        size, rate = float(np.median(real)), len(real) / seconds
+        doubt = 1.96 * math.sqrt(len(real)) / seconds
+        numbers = {
+            "size": Number(size, size - spread, size + spread, "rad"),
+            "rate": Number(rate, max(rate - doubt, 0.0), rate + doubt, "1/s"),
+        }
+        effect = LIBRARY[name]
+        effects.append(
+            NamedEffect(
+                name, "sensor", belief_in(found, name),
+                numbers, "steps of `size`, on average `rate` a second, on the reading",
+                f"The {name.rsplit('_', 1)[1]} encoder loses counts at single moments.",
+                list(effect.aliases),
+            )
+        )  # fmt: skip
+    return effects
+
+
+def _law_effect(found: Found, gain: float) -> NamedEffect:
+    rig = found.final.rig
+    changed = changes(found.setting, found.final, rig)
+    numbers = {
+        name: Number(c.after, c.low, c.high, unit)
+        for name, unit in (("Tsl", "Nm"), ("T1", "Nm"), ("T2", "Nm"), ("beta1", "s/rad"),
+                           ("beta2", "s/rad"), ("bl", "Nm s/rad"))
+        if (c := changed.get(name)) is not None
+    }  # fmt: skip
+    return NamedEffect(
+        "friction_shape", "lower", chance(gain), numbers,
+        "T_l = Tsl + T1 (1 - 2/(1+e^(beta1 w))) + T2 (1 - 2/(1+e^(beta2 w))) + bl w",
+        "The brake's friction rises, falls and rises again with speed: the humped law of the "
+        "paper, equation (7).",
+        [],
+    )  # fmt: skip
