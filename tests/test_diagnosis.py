@@ -100,6 +100,34 @@ def test_bad_arguments_are_named(unbalanced, arguments, named):
         diagnose(call["recordings"], call["rig"])
 
 
+@pytest.mark.parametrize(
+    "name, told, parameter, truth, within",
+    [
+        # Both bend the rig's own parameters far before they are named.
+        ("encoder_delay_lower", {"delay": 0.03}, "delay", 0.03, 2e-3),
+        ("actuator_lag", {"tau": 0.05}, "time_constant", 0.05, 1e-3),
+        # At 25 Hz: only the voltage's steps show it.
+        ("gear_compliance", {"compliance": 5e-4, "motor_share": 0.4}, "stiffness", 2000.0, 1500.0),
+    ],
+)
+def test_what_has_no_amplitude_is_named_too(name, told, parameter, truth, within):
+    *fit, held = recordings([Hidden(name, told)], 4)
+    result = diagnose(fit, Rig(), [held]).result
+    assert [effect.id for effect in result.effects] == [name]
+    number = result.effects[0].parameters[parameter]
+    assert number.value == pytest.approx(truth, abs=within)
+
+
+def test_a_name_stands_before_a_shape_that_held_out_recordings_do_not_prefer():
+    *fit, held = recordings([Hidden("upper_quadratic_drag", {"coefficient": 0.01})], 5)
+    result = diagnose(fit, Rig(), [held]).result
+    assert result.verdict == "missing_physics"
+    assert [effect.id for effect in result.effects] == ["upper_quadratic_drag"]
+    # Within the doubt about the scale of torque.
+    number = result.effects[0].parameters["coefficient"]
+    assert number.low < 0.01 < number.high
+
+
 @pytest.mark.parametrize("options", [dict(leave_out=("gremlins",)), dict(most=-1)])
 def test_bad_options_are_named(options):
     with pytest.raises(InputError, match=next(iter(options)).split("_")[0]):
