@@ -32,7 +32,8 @@ from drill_env.identification.prediction_error import Samples, path_of
 from drill_env.parameters import Rig
 
 _RELEASE = 6.0
-_WIDE, _WIDE_SHAPES = 12, 5
+# Effects and shapes that get a first look; a rig without what it lacks most scores badly.
+_WIDTHS, _LATER_WIDTHS = (12, 5), (7, 3)
 _TRIED, _TRIED_SHAPES = 6, 2
 _BASE_ROUNDS = 25
 _FIRST_ROUNDS, _HOME_ROUNDS = 2, 5
@@ -83,8 +84,9 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     shapes = score_shapes(ground, free_shapes(fit.motions, fit.rig.inertias))
     price = np.log(fit.count)
     lost = [pair for pair in (slips(ground, 0), slips(ground, 1)) if pair is not None]
+    wide, wide_shapes = _LATER_WIDTHS if fit.terms else _WIDTHS
     hopeful = [
-        s for s in (*named[:_WIDE], *shapes[:_WIDE_SHAPES]) if s.gain - s.numbers * price > -_SLACK
+        s for s in (*named[:wide], *shapes[:wide_shapes]) if s.gain - s.numbers * price > -_SLACK
     ]
     hopeful += [Scored(term, gain) for term, gain in lost if gain - len(term.q) * price > 0.0]
     looked = sorted((first_look(setting, fit, s) for s in hopeful), key=lambda pair: -pair[0])
