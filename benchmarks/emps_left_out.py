@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated
@@ -72,15 +71,13 @@ def axis_without(fit: Recording, case: Case) -> Rig:
     return rig.replace(**dict.fromkeys(case.zero, 0.0))
 
 
-def diagnosed(
-    fit: Recording, held: Recording, case: Case, report: Callable[[str], None] = lambda text: None
-) -> Diagnosis:
+def diagnosed(fit: Recording, held: Recording, case: Case, most: int = MOST) -> Diagnosis:
     """`drill-env diagnose FIT --holdout HELD --rig axis.toml --doubt 0.5 --most 3`."""
     options = DiagnosisOptions(
-        leave_out=case.leave_out, most=MOST, given_rig=True, doubt=DOUBT,
+        leave_out=case.leave_out, most=most, given_rig=True, doubt=DOUBT,
         fixed=dict.fromkeys(case.fixed, 0.0),
     )  # fmt: skip
-    return diagnose([fit], axis_without(fit, case), [held], options=options, report=report)
+    return diagnose([fit], axis_without(fit, case), [held], options=options)
 
 
 def least_squares(fit: Recording, held: Recording, rig: Rig, fixed: tuple[str, ...]) -> list[float]:

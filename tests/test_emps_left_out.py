@@ -23,7 +23,9 @@ from tests.test_one_inertia import AXIS, EMPS, both_ways
 
 # At 500 Hz, and with the drive, clock and sensor left out, the searches take half of the time.
 EVERY = 2
-NAMED = ("Coulomb term", "viscous term", "asymmetry")
+# By the round of the search that names it: the asymmetry's torque is small beside what follows
+# each reversal.
+NAMED = {"Coulomb term": 1, "viscous term": 1, "asymmetry": 3}
 
 needs_emps = pytest.mark.skipif(
     not all((EMPS / name).is_file() for name in FILES),
@@ -97,18 +99,18 @@ def coarser(recording):
     return replace(picked, t=picked.t[::EVERY], u=u, theta_u=picked.theta_u[::EVERY], extra={})
 
 
-def searched(emps, name):
+def searched(emps, name, most):
     """The case with fewer rivals than the benchmark has: those of other places."""
     case = CASES[name]
     places = [n for n, e in LIBRARY.items() if e.component in ("actuator", "sensor")]
     drive = ("gear_backlash", "gear_compliance", "friction_warmup")
-    return diagnosed(*emps, replace(case, leave_out=(*case.leave_out, *places, *drive)))
+    return diagnosed(*emps, replace(case, leave_out=(*case.leave_out, *places, *drive)), most)
 
 
 @needs_emps
 @pytest.mark.parametrize("name", NAMED)
 def test_a_term_left_out_of_the_axis_is_named(name, emps):
-    held, told = emps[1], searched(emps, name)
+    held, told = emps[1], searched(emps, name, NAMED[name])
     result, search = told.result, told.found
     assert result.verdict == "missing_physics"
     assert result.effects[0].id == CASES[name].effect
@@ -123,7 +125,7 @@ def test_a_term_left_out_of_the_axis_is_named(name, emps):
 @needs_emps
 def test_a_missing_offset_is_told_with_its_other_name(emps):
     """Most of the published offset is an asymmetry of the viscous term: both are told."""
-    told = searched(emps, "offset")
+    told = searched(emps, "offset", 3)
     result = told.result
     assert result.effects[0].id in ("upper_asymmetry", "upper_offset")
     seen = {e.id for e in result.effects} | {a.id for a in result.alternatives}
@@ -133,7 +135,7 @@ def test_a_missing_offset_is_told_with_its_other_name(emps):
 @needs_emps
 def test_the_whole_axis_shows_no_angle_and_no_known_term(emps):
     """With every term in, what is left is where the axis turns round."""
-    told = searched(emps, "nothing")
+    told = searched(emps, "nothing", 2)
     result = told.result
     assert result.verdict in ("missing_physics", "unexplained")
     assert not any(LIBRARY[e.id].stands_for or repeats(LIBRARY[e.id]) for e in result.effects)

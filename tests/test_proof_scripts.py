@@ -50,7 +50,7 @@ def _diagnosis(first: str, probability: float, rivals: dict[str, tuple[float, fl
     others = [{"id": n, "probability": p, "delta_bic": d} for n, (p, d) in rivals.items()]
     return {
         "verdict": "missing_physics", "effects": [{"id": first, "probability": probability}],
-        "alternatives": others,
+        "alternatives": others, "shape": None,
         "next_experiment": {"signal": "a chirp", "separates": ["a", "b"],
                             "expected_log_odds": 30.0}, **more,
     }  # fmt: skip
@@ -75,6 +75,15 @@ def test_an_ambiguity_is_settled_by_the_truth_alone():
     # A newcomer leaves the old rival beaten and the matter open.
     newcomer = ambiguity.judged(answer, before, _diagnosis("b", 0.7, {"c": (0.3, 10.0)}))
     assert newcomer["beaten"] and not newcomer["settled"]
+
+
+def test_a_free_shape_in_the_lead_is_the_rival():
+    shaped = _diagnosis("", 0.0, {"b": (0.2, 16.0)}, effects=[])
+    shaped |= {"verdict": "unexplained", "shape": {"coordinate": "omega_l"}}
+    seen = ambiguity.look(shaped, "b")
+    assert (seen["first"], seen["rival"]) == ("unexplained", "a")
+    assert seen["rival_probability"] == pytest.approx(0.8)
+    assert seen["log_odds"] == pytest.approx(-8.0)
 
 
 def test_signs_of_the_slope_are_those_of_equation_7():

@@ -47,10 +47,15 @@ def truth_of(answer: Mapping[str, Any]) -> Truth:
 def beliefs(diagnosis: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
     """Probability of each candidate, and by how much its criterion is worse than the best one's."""
     found = {a["id"]: (a["probability"], a["delta_bic"]) for a in diagnosis["alternatives"]}
-    effects = diagnosis["effects"]
+    effects, asked = diagnosis["effects"], diagnosis["next_experiment"]
+    # The one that is named is no alternative to itself. The best one's distance is 0; what a
+    # later round brought to the front has none.
+    ahead = 0.0 if all(distance > 0.0 for _, distance in found.values()) else math.nan
     if effects:
-        # The one that is named is no alternative to itself; the best one's distance is 0.
-        found[effects[0]["id"]] = (effects[0]["probability"], 0.0)
+        found[effects[0]["id"]] = (effects[0]["probability"], ahead)
+    elif diagnosis["shape"] and asked:
+        left = max(1.0 - sum(p for p, _ in found.values()), 0.0)
+        found.setdefault(asked["separates"][0], (left, ahead))
     return found
 
 
@@ -68,8 +73,12 @@ def look(diagnosis: Mapping[str, Any], truth: str) -> dict[str, Any]:
         "first": first, "right": first in mine, "probability": right[0] if right else 0.0,
         "known": right is not None, "rival": rival, "rival_probability": best[0],
         # Half the difference of the criteria: natural logarithm of the odds, taken at face value.
-        "log_odds": 0.5 * (best[1] - right[1]) if right and rival else None,
+        "log_odds": _told(0.5 * (best[1] - right[1])) if right and rival else None,
     }  # fmt: skip
+
+
+def _told(value: float) -> float | None:
+    return value if math.isfinite(value) else None
 
 
 def ambiguous(diagnosis: Mapping[str, Any], truth: str) -> bool:
@@ -119,7 +128,7 @@ def judged(
     pair = beliefs(after)
     moved = None
     if one["log_odds"] is not None and {truth, one["rival"]} <= set(pair):
-        moved = 0.5 * (pair[one["rival"]][1] - pair[truth][1]) - one["log_odds"]
+        moved = _told(0.5 * (pair[one["rival"]][1] - pair[truth][1]) - one["log_odds"])
     left = pair.get(one["rival"], (0.0, 0.0))[0]
     return {
         "case": answer["case"], "truth": truth, "signal": asked["signal"],
@@ -151,7 +160,7 @@ def table(rows: list[dict[str, Any]]) -> str:
         ("settled", lambda r: r["settled"]),
         ("the rival of before beaten", lambda r: r["beaten"]),
         ("the truth one of the two asked about", lambda r: r["asked"]),
-        ("settled of these", lambda r: r["asked"] and r["settled"]),
+        ("settled and asked about", lambda r: r["asked"] and r["settled"]),
         ("truth named first before", lambda r: r["before"]["right"]),
         ("truth named first after", lambda r: r["after"]["right"]),
     ):
