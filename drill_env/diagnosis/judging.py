@@ -47,8 +47,9 @@ def judged(
         nearer = any(rms(after, "short", i) < 0.9 * rms(alone, "short", i) for i in range(2))
         # Other signals may leave at rest what the fitted ones show plainly.
         shown = fewer.final.bic - found.final.bic
-        harmless = shown > _PLAIN * NEEDED and gain > -_HARMLESS * shown
-        if gain > 2.0 or nearer or harmless:
+        near = all(rms(after, "short", i) < 1.05 * rms(alone, "short", i) for i in range(2))
+        harmless = gain > -_HARMLESS * shown or near
+        if gain > 2.0 or nearer or (shown > _PLAIN * NEEDED and harmless):
             break
         found, after = fewer, alone
     return found, before, after

@@ -8,17 +8,23 @@ from dataclasses import replace
 import numpy as np
 
 from drill_env._errors import InputError
+from drill_env._types import FloatArray
+from drill_env.diagnosis.belief import probabilities
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.extended import Fit, evaluate, motion_of
 from drill_env.diagnosis.result import NextExperiment
-from drill_env.diagnosis.search import Attempt, Found
+from drill_env.diagnosis.rounds import Attempt, Found
 from drill_env.identification.prediction_error import path_of, prepare
 from drill_env.integrator.extended import run_extended
 from drill_env.recordings import Recording
 from drill_env.recordings.signals import Signal, signal_samples
 
 _SECONDS, _RATE = 60.0, 200.0
-_CONFUSED = 400.0
+# A signal may take the rig this much further than the recordings did: a menu's sine may lie on the
+# torsional resonance, and a string that is wound up breaks.
+_FURTHER = 1.3
+# Less probable than this a rival needs no recording of its own.
+_CONFUSED = 0.02
 
 
 def _menu() -> tuple[Signal, ...]:
@@ -41,7 +47,7 @@ def next_experiment(found: Found) -> NextExperiment | None:
     """
     first = found.rounds[0]
     ranked = sorted((*first.named, *first.shapes), key=lambda a: -a.criterion)
-    if len(ranked) < 2 or ranked[0].criterion - ranked[1].criterion > _CONFUSED:
+    if len(ranked) < 2 or probabilities(first)[ranked[1].term.id] < _CONFUSED:
         return None
     best: tuple[float, Signal] | None = None
     for signal in _menu():
@@ -61,7 +67,9 @@ def _expected(found: Found, true: Attempt, other: Attempt, signal: Signal) -> fl
     t, u = signal_samples(signal)
     rig = extended_rig(true.fit.rig, true.fit.terms)
     try:
-        angles = run_extended(rig, t, u, np.zeros(4))[1]
+        states, angles = run_extended(rig, t, u, np.zeros(4))
+        if not _bearable(true.fit, states):
+            return None
         recording = Recording(t, u, angles[:, 0], angles[:, 1], source="proposed")
         samples = prepare(recording, true.fit.rig)
         values = []
@@ -78,6 +86,12 @@ def _expected(found: Found, true: Attempt, other: Attempt, signal: Signal) -> fl
         return None
     odds = 0.5 * (values[1] - values[0])
     return float(odds) if math.isfinite(odds) else None
+
+
+def _bearable(fit: Fit, states: FloatArray) -> bool:
+    """Whether twist and speeds stay near what the recordings have shown."""
+    reached = np.max([np.abs(m.states[:, :3]).max(axis=0) for m in fit.motions], axis=0)
+    return bool(np.all(np.abs(states[:, :3]).max(axis=0) <= _FURTHER * reached))
 
 
 def _bent(fit: Fit, there: Fit) -> float:
@@ -109,4 +123,6 @@ def _command(signal: Signal) -> str:
         options.append(f"--frequency-end {signal.frequency_end:g}")
     if signal.kind == "steps":
         options.append(f"--dwell {signal.dwell:g}")
+    if signal.kind in ("quasi-random", "steps"):
+        options.append(f"--seed {signal.seed}")
     return f"drill-env signal {signal.kind} {' '.join(options)} --out play.csv"

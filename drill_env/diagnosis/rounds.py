@@ -13,7 +13,7 @@ NEEDED = 20.0
 """Gain of the information criterion below which an effect is not believed in."""
 
 # By this share more must a free shape explain before a name gives way to it.
-_NAMELESS = 0.15
+_NAMELESS = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
