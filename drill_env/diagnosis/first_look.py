@@ -12,7 +12,7 @@ from drill_env.diagnosis.terms import Named, Shape, Term
 
 # Share of the score that the scored size must gain to be believed.
 _TRUE_SCORE = 0.3
-_STEPS = 4
+_STEPS = 3
 # Factors by which effects without an amplitude are tried stronger and weaker.
 _CLIMBS = (2.0, 1.3)
 
@@ -36,7 +36,9 @@ def first_look(setting: Setting, fit: Fit, scored: Scored) -> tuple[float, Fit]:
     if gain > _TRUE_SCORE * scored.gain or _sizeless(term):
         return gain, added(setting, fit, term)
     start = added(setting, fit, Term(term.source, _sized(term, 0.0)))
-    there, _ = joint_step(setting, start, 1e-4, tries=_STEPS)
+    # As far as usual sizes reach, and as far as the score does: it may be true.
+    looks = [joint_step(setting, start, 1e-4, tries=_STEPS, far=far)[0] for far in (False, True)]
+    there = min(looks, key=lambda look: look.value)
     return fit.value - there.value, there
 
 

@@ -37,9 +37,12 @@ def _moved_terms(terms: tuple[Term, ...], step: FloatArray) -> tuple[Term, ...]:
     return tuple(moved)
 
 
-def _reach(setting: Setting, fit: Fit) -> FloatArray:
+def _reach(setting: Setting, fit: Fit, far: bool) -> FloatArray:
     reach = [setting.coordinates.reach(fit.vector)]
     for term in fit.terms:
+        if far:
+            reach.append(np.full(len(term.q), np.inf))
+            continue
         # A shape or an amplitude may change by half of itself at once, never less than a usual
         # size; free shapes are linear and need no limit.
         usual = 1e4 * term.source.steps(term.q)
@@ -54,6 +57,8 @@ def joint_step(
     damping: float,
     noise: NoiseModel | None = None,
     tries: int = _TRIES,
+    *,
+    far: bool = False,
 ) -> tuple[Fit, float]:
     """The best point that damped Gauss-Newton steps reach, and the damping for the next.
 
@@ -63,9 +68,10 @@ def joint_step(
         damping: of the first try.
         noise: model to take at the same time, the present one by default.
         tries: how often the damping may grow.
+        far: whether the terms may grow by more than their usual size at once.
     """
     scale = np.diag(np.diag(here.information) + 1e-12)
-    reach = _reach(setting, here)
+    reach = _reach(setting, here, far)
     free = len(here.vector)
     for _ in range(tries):
         damped = here.information + damping * scale
