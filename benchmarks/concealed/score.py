@@ -42,6 +42,8 @@ def score(
     answers: Path,
     published: str | None = None,
     parameter_names: dict[str, str] | None = None,
+    *,
+    done: bool = False,
 ) -> dict[str, Any]:
     """Marks of every case and the measures of all.
 
@@ -50,6 +52,7 @@ def score(
         answers: folder of the sealed answers.
         published: digest of the seal.
         parameter_names: as for `mark`.
+        done: whether cases that were not run are left out; otherwise they are wrong.
 
     Raises:
         InputError: the answers are not those that were sealed.
@@ -58,6 +61,8 @@ def score(
     faults: dict[str, str] = {}
     for answer in open_answers(answers, published).values():
         folder = reports / answer["case"]
+        if done and not (folder / "run.json").exists():
+            continue
         diagnosis, fault = _diagnosis(folder)
         if fault:
             faults[answer["case"]] = fault
@@ -78,11 +83,12 @@ def main(
     out: Annotated[Path, typer.Option(help="Where score.md and score.json go.")],
     seal: Annotated[str | None, typer.Option(help="Digest that was published.")] = None,
     names: Annotated[Path | None, typer.Option(help="JSON of the tool's parameter names.")] = None,
+    done: Annotated[bool, typer.Option("--done", help="Leave out cases not yet run.")] = False,
 ) -> None:
     """Open the answers, score the diagnoses and print the table."""
     try:
         named = json.loads(names.read_text(encoding="utf-8")) if names else None
-        found = score(reports, answers, seal, named)
+        found = score(reports, answers, seal, named, done=done)
         make_folder(out)
     except (InputError, OSError) as error:
         typer.echo(f"error: {error}", err=True)

@@ -1,7 +1,14 @@
 """The motor as an inertia of its own, behind a spring that may have play."""
 
 from drill_env._jit import kernel
+from drill_env.effects._effect import shape
 from drill_env.effects._signal import sign
+
+MOTOR_SHARE = shape("motor_share", "1", (0.1, 0.25, 0.5), low=0.01, high=0.95)
+"""Of the upper disc's inertia."""
+
+FRICTION_SHARE = shape("friction_share", "1", (0.05, 1.0), low=0.01, high=1.0)
+"""Of the drive's friction that sits at the motor and not at the disc: rigs differ."""
 
 SUBSTEPS = 20
 # Of critical: gears ring for some periods.

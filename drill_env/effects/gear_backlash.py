@@ -1,7 +1,7 @@
 """The drive has play: the motor moves free for a while."""
 
 from drill_env._jit import kernel
-from drill_env.effects._drive import drive_torque
+from drill_env.effects._drive import FRICTION_SHARE, MOTOR_SHARE, drive_torque
 from drill_env.effects._effect import Effect, shape
 
 
@@ -35,17 +35,7 @@ EFFECT = Effect(
             low=0.0001,
             high=6.0,
         ),
-        shape(
-            "motor_share",
-            "1",
-            (
-                0.1,
-                0.25,
-                0.5,
-            ),
-            low=0.01,
-            high=0.95,
-        ),
+        MOTOR_SHARE,
         shape(
             "stiffness",
             "Nm/rad",
@@ -57,16 +47,7 @@ EFFECT = Effect(
             low=1.0,
             high=100000.0,
         ),
-        shape(
-            "friction_share",
-            "1",
-            (
-                0.05,
-                1.0,
-            ),
-            low=0.01,
-            high=1.0,
-        ),
+        FRICTION_SHARE,
     ),
     formula="motor behind play and a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu",
     meaning="The drive has play: the motor moves free for a while.",

@@ -1,7 +1,7 @@
 """The drive's gear is springy."""
 
 from drill_env._jit import kernel
-from drill_env.effects._drive import drive_torque
+from drill_env.effects._drive import FRICTION_SHARE, MOTOR_SHARE, drive_torque
 from drill_env.effects._effect import Effect, shape
 
 
@@ -34,27 +34,8 @@ EFFECT = Effect(
             low=0.1,
             high=100000.0,
         ),
-        shape(
-            "motor_share",
-            "1",
-            (
-                0.1,
-                0.25,
-                0.5,
-            ),
-            low=0.01,
-            high=0.95,
-        ),
-        shape(
-            "friction_share",
-            "1",
-            (
-                0.05,
-                1.0,
-            ),
-            low=0.01,
-            high=1.0,
-        ),
+        MOTOR_SHARE,
+        FRICTION_SHARE,
     ),
     formula="motor_share J_u behind a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu",
     meaning="The drive's gear is springy.",
