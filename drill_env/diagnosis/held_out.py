@@ -13,13 +13,14 @@ from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.extended import Fit, Setting, lost_value, motion_of
-from drill_env.diagnosis.terms import Term, with_terms
+from drill_env.diagnosis.terms import with_terms
 from drill_env.effects.along import Motion
+from drill_env.effects.remembered import memories_along
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_of_recording import settled_starts
 from drill_env.identification.prediction_error import Path, Samples, path_of
 from drill_env.identification.smoothing import smoothed
-from drill_env.integrator.extended import run_extended
+from drill_env.integrator.extended import run_extended, substep_counts
 from drill_env.integrator.simulate import simulate
 from drill_env.integrator.voltage import Voltage
 from drill_env.parameters import Rig
@@ -77,11 +78,11 @@ def judge(samples: Samples, setting: Setting, fit: Fit) -> Judged:
     used = w > 0
     smooth = smoothed(given, fit.noise, path)
     states = smooth.states
-    terms = fit.terms
     rows = samples.restarts
     spans = np.unique(np.concatenate([rows, _rows_each(samples, HORIZON)])).astype(np.int64)
-    free = _run_from(samples, fit.rig, terms, states, rows)
-    short = _run_from(samples, fit.rig, terms, states, spans)
+    rig, offset = extended_rig(fit.rig, fit.terms), _offset(given, states)
+    free = _run_from(samples, rig, motion, offset, rows)
+    short = _run_from(samples, rig, motion, offset, spans)
     value = path.value + lost_value(samples, given, path.value, int(used.sum()))
     return Judged(
         value, float(np.sum(-2.0 * np.log(w[used])) + used.sum()), int(used.sum()),
@@ -112,19 +113,22 @@ def _rows_each(samples: Samples, seconds: float) -> IntArray:
 
 
 def _run_from(
-    samples: Samples, rig: Rig, terms: Sequence[Term], states: FloatArray, rows: IntArray
+    samples: Samples, rig: Rig, motion: Motion, offset: FloatArray, rows: IntArray
 ) -> FloatArray:
     """What is judged, simulated anew from each of some rows, shape (n, 2), as it is read."""
-    extended, channels = extended_rig(rig, terms), judged_channels(samples)
+    channels = judged_channels(samples)
     out = np.full((len(samples.t), 2), math.nan)
-    offset = _offset(samples, states)
-    for a, b in zip(rows.tolist(), [*rows[1:].tolist(), len(samples.t)], strict=True):
+    counts = substep_counts(rig, samples.t)
+    memories = memories_along(rig, motion, counts, rows)
+    ends = [*rows[1:].tolist(), len(samples.t)]
+    for a, b, memory in zip(rows.tolist(), ends, memories, strict=True):
         stop = min(b + 1, len(samples.t)) if b not in samples.restarts else b
-        t, u = samples.t[a:stop] - samples.t[a], samples.u[a:stop]
+        t, u, start = samples.t[a:stop], samples.u[a:stop], motion.states[a, :4]
         if len(t) < 2:
             continue
+        remembered = None if a in samples.restarts else memory
         try:
-            out[a:stop] = _read(extended, t, u, states[a, :4], float(samples.t[a]), channels)
+            out[a:stop] = _read(rig, t, u, start, channels, remembered)
         except (InputError, RuntimeError):
             return np.full_like(out, math.inf)
         if channels[0] == "theta_u":
@@ -145,12 +149,13 @@ def _offset(samples: Samples, states: FloatArray) -> FloatArray:
 
 
 def _read(
-    rig: Rig, t: FloatArray, u: FloatArray, start: FloatArray, begin: float,
-    channels: tuple[Channel, Channel],
+    rig: Rig, t: FloatArray, u: FloatArray, start: FloatArray, channels: tuple[Channel, Channel],
+    memories: FloatArray | None,
 ) -> FloatArray:  # fmt: skip
     if rig.effects:
         # Effects that depend on time count from the recording's start.
-        return _chosen(*run_extended(rig, t + begin, u, start), channels)
+        return _chosen(*run_extended(rig, t, u, start, memories=memories), channels)
+    t = t - t[0]
     drive = Voltage(t, u[:-1, None])
     run = simulate(
         rig, drive, float(t[-1]), t_eval=t, initial=start, method="dopri5", rtol=1e-7, atol=1e-9

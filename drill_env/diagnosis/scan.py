@@ -12,7 +12,8 @@ from drill_env._types import BoolArray, FloatArray
 from drill_env.diagnosis.extended import THREADS
 from drill_env.diagnosis.grids import around, grid_of
 from drill_env.diagnosis.ground import Ground, Known
-from drill_env.diagnosis.terms import Named, Shape, Term, corrected, unread
+from drill_env.diagnosis.late import unread
+from drill_env.diagnosis.terms import Named, Shape, Term, corrected, late_disc
 from drill_env.effects import Effect
 from drill_env.effects.along import Motion
 from drill_env.identification.smoothing import slopes_of
@@ -81,7 +82,9 @@ def _columns(term: Term, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArr
                 q[i] = turn
         turned = Term(term.source, q)
         torque, error = term.source.response(q, rig, corrected(turned, motion))
-        _hold(error, unread(turned, motion))
+        disc = late_disc(turned)
+        if disc is not None:
+            _hold(error[:, disc], unread(motion, float(q[0])))
         loads.append(torque)
         errors.append(error)
     return np.stack(loads, axis=2), np.stack(errors, axis=2)
@@ -89,8 +92,8 @@ def _columns(term: Term, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArr
 
 def _hold(error: FloatArray, lost: BoolArray) -> None:
     # A jump to nothing where a reading is lost would look like all that there is.
-    for row in np.flatnonzero(lost.any(axis=1)):
-        error[row] = np.where(lost[row], error[max(row - 1, 0)], error[row])
+    for row in np.flatnonzero(lost):
+        error[row] = error[max(row - 1, 0)]
 
 
 def _turns(effect: Effect) -> tuple[float, ...]:

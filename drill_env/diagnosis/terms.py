@@ -8,7 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from drill_env._types import BoolArray, FloatArray
+from drill_env._types import FloatArray
+from drill_env.diagnosis.late import LATE, ahead, on_time, telling
 from drill_env.effects import Effect
 from drill_env.effects.along import Motion, response_along
 from drill_env.identification.prediction_error import Samples
@@ -133,6 +134,11 @@ class Term:
             loads, errors = self.source.basis(rig, motion)
             nothing = np.zeros((n, 2, self.source.size))
             return nothing if loads is None else loads, nothing if errors is None else errors
+        disc = late_disc(self)
+        if disc is not None:
+            errors = np.zeros((n, 2, 1))
+            errors[:, disc, 0] = -motion.states[:, 1 + disc]
+            return np.zeros((n, 2, 1)), errors
         steps = self.source.steps(self.q)
         loads, errors = np.zeros((n, 2, len(self.q))), np.zeros((n, 2, len(self.q)))
         below = self.source.response(self.q, rig, motion)
@@ -145,22 +151,9 @@ class Term:
         return loads, errors
 
 
-_LATE = {"encoder_delay_upper": 0, "encoder_delay_lower": 1}
-
-
-def _late_disc(term: Term) -> int | None:
-    return _LATE.get(term.id) if isinstance(term.source, Named) else None
-
-
-def unread(term: Term, given: Samples | Motion) -> BoolArray:
-    """Angles that a late encoder would have told only after an end or a gap, shape (n, 2)."""
-    none = np.zeros((len(given.t), 2), dtype=np.bool_)
-    disc = _late_disc(term)
-    if disc is not None:
-        ends = np.append(given.t[given.restarts[1:] - 1], given.t[-1])
-        window = np.searchsorted(given.restarts, np.arange(len(given.t)), side="right") - 1
-        none[:, disc] = given.t + float(term.q[0]) > ends[window] + 1e-9
-    return none
+def late_disc(term: Term) -> int | None:
+    """The disc whose encoder a term makes late, if it does."""
+    return LATE.get(term.id) if isinstance(term.source, Named) else None
 
 
 def corrected(term: Term, motion: Motion) -> Motion:
@@ -168,19 +161,8 @@ def corrected(term: Term, motion: Motion) -> Motion:
 
     Other errors of the readings depend on the angle itself and hardly change with it.
     """
-    disc = _late_disc(term)
-    if disc is None:
-        return motion
-    ahead = motion.t + float(term.q[0])
-    states = motion.states.copy()
-    angle = states[:, 3] if disc else states[:, 3] + states[:, 0]
-    angle = np.interp(ahead, motion.t, angle)
-    for column in (1 + disc, 4 + disc):
-        states[:, column] = np.interp(ahead, motion.t, states[:, column])
-    upper = states[:, 3] + states[:, 0] if disc else angle
-    lower = angle if disc else states[:, 3]
-    states[:, 0], states[:, 3] = upper - lower, lower
-    return replace(motion, states=states)
+    disc = late_disc(term)
+    return motion if disc is None else ahead(motion, disc, float(term.q[0]))
 
 
 def with_terms(samples: Samples, terms: tuple[Term, ...], rig: Rig, motion: Motion) -> Samples:
@@ -188,10 +170,16 @@ def with_terms(samples: Samples, terms: tuple[Term, ...], rig: Rig, motion: Moti
 
     What a late encoder says of the last moments is not there to be read: those angles are missing.
     """
-    loads, angles = samples.loads.copy(), samples.angles.copy()
-    for term in terms:
+    loads, angles, repeats = samples.loads.copy(), samples.angles.copy(), samples.repeats.copy()
+    for term in sorted(terms, key=lambda t: late_disc(t) is None):
+        disc = late_disc(term)
+        if disc is not None:
+            column = disc if np.isfinite(angles[:, disc]).any() or angles.shape[1] == 2 else 2 + disc
+            delay = float(term.q[0])
+            angles[:, column] = on_time(angles[:, column], motion, disc, delay)
+            repeats[:, column] = repeats[telling(motion, delay), column]
+            continue
         torque, error = term.source.response(term.q, rig, motion)
         loads += torque
         angles -= samples.misread(error)
-        angles[:, :2][unread(term, samples)] = np.nan
-    return replace(samples, loads=loads, angles=angles)
+    return replace(samples, loads=loads, angles=angles, repeats=repeats)

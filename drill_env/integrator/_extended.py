@@ -109,12 +109,13 @@ def run_substep(p, run, tab, bundle, memories, scratch, begin, end, shift, u):
 
 
 @kernel
-def run_nodes(first, p, run, tab, bundle, memories, scratch, nodes, counts, volts, out, modes,
-              errors):  # fmt: skip
+def run_nodes(first, fresh, p, run, tab, bundle, memories, scratch, nodes, counts, volts, out,
+              modes, errors):  # fmt: skip
     """Integrate from node to node, each interval cut into equal substeps.
 
     Args:
         first: node to start from; 0 reads the encoders there too.
+        fresh: 1 where the effects remember nothing before node 0.
         p: record of `PARAMETERS`.
         run: record of `RUN`.
         tab: record of `TABLEAU`.
@@ -149,9 +150,12 @@ def run_nodes(first, p, run, tab, bundle, memories, scratch, nodes, counts, volt
         if k == 0 or k > first:
             u = volts[place - 1] if k > 0 else volts[0]
             dt = nodes[k] - nodes[k - 1] if k > 0 else 0.0
-            scratch.signal[0].first = 1 if k == 0 else 0
+            if k == 0 and fresh == 0:
+                dt = nodes[1] - nodes[0]
+            start = fresh if k == 0 else 0
+            scratch.signal[0].first = start
             read_errors(p, run, bundle, memories, scratch, nodes[k], dt, u)
-            scratch.signal[0].first = 1 if k == 0 else 0
+            scratch.signal[0].first = start
             answer = scratch.response[0]
             errors[k, 0], errors[k, 1] = answer.angle_u, answer.angle_l
             for i in range(N_STATE):

@@ -55,12 +55,13 @@ def run_extended(
     *,
     substep: float = SUBSTEP,
     modes: IntArray | None = None,
+    memories: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Simulate a rig with its effects through a sampled voltage.
 
     Between its events the rig is integrated exactly; the effects' torques are taken at the
     foreseen middle of each substep and held over it, which makes the motion second order in the
-    substep. The effects' memories are empty at the start, and they count time as `t` does.
+    substep. The effects count time as `t` does.
 
     Args:
         rig: parameters and effects; without effects the motion is that of `simulate`.
@@ -69,6 +70,7 @@ def run_extended(
         initial: (twist, omega_u, omega_l, theta_l) at t[0], shape (4,).
         substep: longest time in s for which an effect's torque is held.
         modes: (upper, lower, clamped) to continue a run with, shape (3,).
+        memories: what the effects remember at t[0], of `memories_along`; nothing by default.
 
     Returns:
         States, shape (n, 4), and what the encoders read, theta_u and theta_l in rad with the
@@ -90,7 +92,7 @@ def run_extended(
     start = np.array(initial, dtype=float)
     if start.shape != (N_STATE,) or not np.isfinite(start).all():
         raise InputError("initial must be four finite numbers: twist, omega_u, omega_l, theta_l")
-    done = run_through(rig, t, counts, np.repeat(u[:-1], counts), start, modes)
+    done = run_through(rig, t, counts, np.repeat(u[:-1], counts), start, modes, memories)
     theta_l = done.state[:, 3]
     readings = np.column_stack([theta_l + done.state[:, 0], theta_l]) + done.errors
     return done.state, readings
@@ -117,6 +119,7 @@ def run_through(
     volts: FloatArray,
     initial: FloatArray,
     modes: IntArray | None = None,
+    memories: FloatArray | None = None,
     *,
     rtol: float = _RTOL,
     atol: float = _ATOL,
@@ -130,6 +133,7 @@ def run_through(
         volts: voltages of all substeps one after another, V.
         initial: state at the first node, shape (4,).
         modes: (upper, lower, clamped) to continue with, shape (3,).
+        memories: what the effects remember at the first node; nothing by default.
         rtol: relative tolerance of a step.
         atol: absolute tolerance of a step.
 
@@ -138,7 +142,8 @@ def run_through(
         RuntimeError: the step size collapsed.
     """
     bundle, p, n = declared(rig), kernel_record(rig), len(nodes)
-    memories, scratch = new_memories(bundle), new_scratch(rtol, atol)
+    fresh, scratch = memories is None, new_scratch(rtol, atol)
+    memories = new_memories(bundle) if memories is None else memories.copy()
     run = np.zeros(1, dtype=RUN)
     run["y"], run["t"], run["h"] = initial, nodes[0], 1e-3
     if modes is None:
@@ -151,8 +156,8 @@ def run_through(
     while status == LOG_FULL:
         run["logged"] = 0
         status, node = run_nodes(
-            node, p[0], run[0], TABLEAUX["dopri5"][0], bundle, memories, scratch, nodes, counts,
-            volts, out, disc_modes, errors,
+            node, int(fresh), p[0], run[0], TABLEAUX["dopri5"][0], bundle, memories, scratch,
+            nodes, counts, volts, out, disc_modes, errors,
         )  # fmt: skip
         logs.append(_taken(scratch, run))
     if status in (STEP_TOO_SMALL, TOO_MANY_STEPS) or not np.isfinite(run["y"]).all():
