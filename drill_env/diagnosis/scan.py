@@ -24,6 +24,8 @@ _REFINEMENTS = 3
 _LEAST, _MOST = 0.3, 3.0
 # Share of a column's information that must be new; less is an alias of what is there.
 _ALIAS = 1e-5
+# Points of a grid that are scored at once, beyond which one recording chooses, and how many.
+_BLOCK, _MANY, _WORTH = 32, 24, 12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,9 +47,16 @@ class Scored:
         return len(self.term.q)
 
 
-def _moments(ground: Ground, terms: Sequence[Term]) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Scores, information beyond what is known, and information at all of one block a term."""
+def _moments(
+    ground: Ground, terms: Sequence[Term], recordings: Sequence[Known] | None = None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Scores, information beyond what is known, and information at all of one block a term.
+
+    Of some recordings alone, they are what all would give if the others were like them.
+    """
     rig, noise = ground.fit.rig, ground.fit.noise
+    told = ground.known if recordings is None else recordings
+    share = len(told) / len(ground.known)
     m = len(ground.fit.gradient)
 
     def one(known: Known) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -65,8 +74,8 @@ def _moments(ground: Ground, terms: Sequence[Term]) -> tuple[FloatArray, FloatAr
         return columns.T @ known.white, columns.T @ columns, shared.T @ columns
 
     with ThreadPoolExecutor(THREADS) as pool:
-        parts = list(pool.map(one, ground.known))
-    score, information, shared = (np.sum([p[i] for p in parts], axis=0) for i in range(3))
+        parts = list(pool.map(one, told))
+    score, information, shared = (np.sum([p[i] for p in parts], axis=0) / share for i in range(3))
     return score, information - shared.T @ ground.cross @ shared, np.diag(information)
 
 
@@ -164,16 +173,30 @@ def score_shapes(ground: Ground, shapes: Iterable[Shape]) -> list[Scored]:
 
 
 def _score_grid(ground: Ground, effect: Effect, points: list[FloatArray]) -> Scored | None:
-    if not points:
-        return None
+    if len(points) > _MANY:
+        # One recording tells which points are worth the others' time.
+        loudest = max(ground.known, key=lambda k: float(k.white @ k.white) / len(k.white))
+        first = _scored_points(ground, effect, points, [loudest])
+        order = sorted(range(len(points)), key=lambda i: -_gain(first[i]))
+        points = [points[i] for i in sorted(order[:_WORTH])]
+    return max(_scored_points(ground, effect, points), key=_gain, default=None)
+
+
+def _gain(scored: Scored | None) -> float:
+    return -np.inf if scored is None else scored.gain
+
+
+def _scored_points(
+    ground: Ground, effect: Effect, points: list[FloatArray],
+    recordings: Sequence[Known] | None = None,
+) -> list[Scored | None]:  # fmt: skip
     width = len(_turns(effect))
-    best: Scored | None = None
-    for first in range(0, len(points), 32):
-        block = points[first : first + 32]
-        score, g, raw = _moments(ground, [Term(Named(effect), q) for q in block])
+    scored: list[Scored | None] = []
+    for first in range(0, len(points), _BLOCK):
+        block = points[first : first + _BLOCK]
+        terms = [Term(Named(effect), q) for q in block]
+        score, g, raw = _moments(ground, terms, recordings)
         for i, q in enumerate(block):
             part = slice(i * width, (i + 1) * width)
-            found = _solve(effect, q, score[part], g[part, part], raw[part])
-            if found is not None and (best is None or found.gain > best.gain):
-                best = found
-    return best
+            scored.append(_solve(effect, q, score[part], g[part, part], raw[part]))
+    return scored
