@@ -160,8 +160,7 @@ def _part(
     x, white = columns[used], path.rows["white"][used]
     gradient, information = x.T @ white, x.T @ x
     known = samples.spreads <= 0.0
-    weights = np.where(known, 0.0, 1.0 / np.where(known, 1.0, samples.spreads) ** 2)
-    miss = np.where(known, 0.0, samples.starts - starts)
+    weights, miss = _start_prior(samples, starts)
     steps, slopes = np.zeros_like(starts), np.zeros((*starts.shape, count))
     edges = [*samples.restarts.tolist(), len(samples.t)]
     inner_columns = path.rows["slopes"][:, :, len(SYMBOLS) :]
@@ -204,24 +203,58 @@ def evaluate(
         parts = list(
             pool.map(lambda j: _part(j[0], setting, rig, jacobian, terms, noise, j[1], j[2]), jobs)
         )
-    gradient = np.sum([p.gradient for p in parts], axis=0)
-    information = np.sum([p.information for p in parts], axis=0)
-    free = len(vector)
-    centre = setting.coordinates.vector(setting.coordinates.base)
-    weight, miss = prior_weight(setting, centre), centre - vector
-    gradient[:free] += weight * miss
-    information[:free, :free] += np.diag(weight)
+    weight, miss = _prior(setting, vector, terms)
+    gradient = np.sum([p.gradient for p in parts], axis=0) + weight * miss
+    information = np.sum([p.information for p in parts], axis=0) + np.diag(weight)
     value = sum(p.value for p in parts) + float(weight @ miss**2)
-    numbers = np.concatenate([np.zeros(free), *(term.q for term in terms)])
-    stiff = np.concatenate([np.zeros(free), *(_stiffness(term) for term in terms)])
-    gradient -= stiff * numbers
-    information += np.diag(stiff)
-    value += float(stiff @ numbers**2)
     return Fit(
         vector, rig, terms, noise, tuple(starts), tuple(motions), value, gradient, information,
         tuple(p.start_step for p in parts), tuple(p.start_slope for p in parts),
         sum(p.count for p in parts), tuple(p.trace for p in parts),
     )  # fmt: skip
+
+
+def value_at(
+    setting: Setting, vector: FloatArray, terms: tuple[Term, ...], noise: NoiseModel,
+    starts: Sequence[FloatArray], motions: Sequence[Motion],
+) -> float:  # fmt: skip
+    """The value of `evaluate` without its derivatives, at a third of the work."""
+    rig = setting.coordinates.rig(vector)
+
+    def one(job: tuple[Samples, FloatArray, Motion]) -> float:
+        samples, start, motion = job
+        given = with_terms(samples, terms, rig, motion)
+        path = path_of(given, rig, noise, start, setting.robust)
+        weights, miss = _start_prior(samples, start)
+        used = int((path.rows["weight"] > 0).sum())
+        lost = lost_value(samples, given, path.value, used)
+        return path.value + lost + float(np.sum(weights * miss**2))
+
+    jobs = list(zip(setting.samples, starts, motions, strict=True))
+    with ThreadPoolExecutor(THREADS) as pool:
+        value = sum(pool.map(one, jobs))
+    weight, miss = _prior(setting, vector, terms)
+    return value + float(weight @ miss**2)
+
+
+def _start_prior(samples: Samples, starts: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Precisions of the starts, 0 for what is known, and how far they are from the first guess."""
+    known = samples.spreads <= 0.0
+    weights = np.where(known, 0.0, 1.0 / np.where(known, 1.0, samples.spreads) ** 2)
+    return weights, np.where(known, 0.0, samples.starts - starts)
+
+
+def _prior(
+    setting: Setting, vector: FloatArray, terms: Sequence[Term]
+) -> tuple[FloatArray, FloatArray]:
+    """Precisions of (coordinates, terms' numbers) and how far these are from their centres."""
+    centre = setting.coordinates.vector(setting.coordinates.base)
+    stiff = [_stiffness(term) for term in terms]
+    numbers = [-term.q for term in terms]
+    return (
+        np.concatenate([prior_weight(setting, centre), *stiff]),
+        np.concatenate([centre - vector, *numbers]),
+    )
 
 
 def _stiffness(term: Term) -> FloatArray:
@@ -290,21 +323,39 @@ def added(setting: Setting, here: Fit, term: Term) -> Fit:
     return evaluate(setting, here.vector, (*here.terms, term), here.noise, starts, here.motions)
 
 
-def gain_of(setting: Setting, here: Fit, term: Term) -> float:
-    """Fall of minus twice the log likelihood when a term joins and all else stays."""
+def own_values(setting: Setting, here: Fit) -> list[float]:
+    """Minus twice the log likelihood of each recording at a fit."""
+    jobs = list(zip(setting.samples, here.starts, here.motions, strict=True))
+
+    def one(job: tuple[Samples, FloatArray, Motion]) -> float:
+        given = with_terms(job[0], here.terms, here.rig, job[2])
+        return value_of(given, here.rig, here.noise, job[1], setting.robust)
+
+    with ThreadPoolExecutor(THREADS) as pool:
+        return list(pool.map(one, jobs))
+
+
+def gain_of(setting: Setting, here: Fit, term: Term, own: Sequence[float] | None = None) -> float:
+    """Fall of minus twice the log likelihood when a term joins and all else stays.
+
+    Args:
+        setting: recordings.
+        here: where the term joins.
+        term: what joins.
+        own: of `own_values`, where many terms are tried.
+    """
+    own = own or own_values(setting, here)
     here = replace(here, motions=tuple(corrected(term, m) for m in here.motions))
     starts = moved_starts(setting, here, term)
 
-    def change(job: tuple[Samples, FloatArray, FloatArray, Motion]) -> float:
+    def change(job: tuple[Samples, float, FloatArray, Motion]) -> float:
         samples, old, new, motion = job
-        before = with_terms(samples, here.terms, here.rig, motion)
-        after = with_terms(before, (term,), here.rig, motion)
-        old_value = value_of(before, here.rig, here.noise, old, setting.robust)
+        after = with_terms(samples, (*here.terms, term), here.rig, motion)
         value = value_of(after, here.rig, here.noise, new, setting.robust)
         count = int(np.isfinite(after.angles).sum())
-        return old_value - value - lost_value(before, after, value, count)
+        return old - value - lost_value(samples, after, value, count)
 
-    jobs = list(zip(setting.samples, here.starts, starts, here.motions, strict=True))
+    jobs = list(zip(setting.samples, own, starts, here.motions, strict=True))
     with ThreadPoolExecutor(THREADS) as pool:
         total = sum(pool.map(change, jobs))
     return total if math.isfinite(total) else -math.inf

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.diagnosis.extended import Fit, Setting, added, gain_of
-from drill_env.diagnosis.joint import joint_step
+from drill_env.diagnosis.extended import Fit, Setting, added, gain_of, own_values
+from drill_env.diagnosis.joint import joint_step, overreaches
 from drill_env.diagnosis.scan import Scored
 from drill_env.diagnosis.terms import Named, Shape, Term
 
@@ -31,13 +31,16 @@ def first_look(setting: Setting, fit: Fit, scored: Scored) -> tuple[float, Fit]:
     Returns:
         Fall of minus twice the log likelihood, and the fit with the candidate.
     """
-    term = _climbed(setting, fit, scored.term) if _sizeless(scored.term) else scored.term
-    gain = gain_of(setting, fit, term)
+    if _sizeless(scored.term):
+        gain, term = _climbed(setting, fit, scored.term)
+    else:
+        gain, term = gain_of(setting, fit, scored.term), scored.term
     if gain > _TRUE_SCORE * scored.gain or _sizeless(term):
         return gain, added(setting, fit, term)
     start = added(setting, fit, Term(term.source, _sized(term, 0.0)))
     # As far as usual sizes reach, and as far as the score does: it may be true.
-    looks = [joint_step(setting, start, 1e-4, tries=_STEPS, far=far)[0] for far in (False, True)]
+    ways = (False, True) if overreaches(setting, start, 1e-4) else (False,)
+    looks = [joint_step(setting, start, 1e-4, tries=_STEPS, far=far)[0] for far in ways]
     there = min(looks, key=lambda look: look.value)
     return fit.value - there.value, there
 
@@ -49,34 +52,35 @@ def _sizeless(term: Term) -> bool:
     return all(p.role != "amplitude" for p in term.source.effect.parameters)
 
 
-def _climbed(setting: Setting, fit: Fit, term: Term) -> Term:
+def _climbed(setting: Setting, fit: Fit, term: Term) -> tuple[float, Term]:
     """The size of an effect without an amplitude, where the likelihood itself is best.
 
     Its score stands for one size only; another may be better by far.
     """
-    assert isinstance(term.source, Named)
-    best = gain_of(setting, fit, term)
+    own = own_values(setting, fit)
+    best = gain_of(setting, fit, term, own)
     for factor in _CLIMBS:
         for place in range(len(term.q)):
             for way in (1.0 / factor, factor):
                 before = best
-                best, term = _uphill(setting, fit, term, best, place, way)
+                best, term = _uphill(setting, fit, term, own, best, place, way)
                 if best > before:
                     break
-    return term
+    return best, term
 
 
 def _uphill(
-    setting: Setting, fit: Fit, term: Term, best: float, place: int, way: float
+    setting: Setting, fit: Fit, term: Term, own: list[float], best: float, place: int, way: float
 ) -> tuple[float, Term]:
     """One number of a term multiplied again and again while the likelihood grows."""
+    assert isinstance(term.source, Named)
     while True:
         q = term.q.copy()
         q[place] *= way
         tried = Term(term.source, term.source.bounded(q))
         if tried.q[place] == term.q[place]:
             return best, term
-        gain = gain_of(setting, fit, tried)
+        gain = gain_of(setting, fit, tried, own)
         if gain <= best:
             return best, term
         best, term = gain, tried

@@ -9,7 +9,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.diagnosis.extended import Fit, Setting, evaluate, with_new_motions
+from drill_env.diagnosis.extended import Fit, Setting, evaluate, value_at, with_new_motions
 from drill_env.diagnosis.terms import Shape, Term, with_terms
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_fit import noise_step
@@ -23,6 +23,9 @@ _LEAST_DAMPING = 1e-9
 
 LAST_ROUNDS = 15
 """Most rounds of a fit that is carried to its end."""
+
+# Steps that promise less than this share of what a round must gain are not tried.
+_PROMISE = 0.2
 
 # Change of the logarithms of a noise model that counts as none.
 _STILL = 0.03
@@ -51,6 +54,21 @@ def _reach(setting: Setting, fit: Fit, far: bool) -> FloatArray:
     return np.concatenate(reach)
 
 
+def _step(here: Fit, damping: float) -> FloatArray:
+    """The damped Gauss-Newton step of (coordinates, terms' numbers)."""
+    damped = here.information + damping * np.diag(np.diag(here.information) + 1e-12)
+    # Numbers differ by many powers of ten: solve in their own sizes.
+    unit = 1.0 / np.sqrt(np.diag(damped))
+    return (
+        unit * np.linalg.lstsq(damped * np.outer(unit, unit), unit * here.gradient, rcond=1e-13)[0]
+    )
+
+
+def overreaches(setting: Setting, here: Fit, damping: float) -> bool:
+    """Whether a step would take the terms further than their usual sizes at once."""
+    return bool((np.abs(_step(here, damping)) > _reach(setting, here, False)).any())
+
+
 def joint_step(
     setting: Setting,
     here: Fit,
@@ -59,6 +77,7 @@ def joint_step(
     tries: int = _TRIES,
     *,
     far: bool = False,
+    least: float = 0.0,
 ) -> tuple[Fit, float]:
     """The best point that damped Gauss-Newton steps reach, and the damping for the next.
 
@@ -69,32 +88,31 @@ def joint_step(
         noise: model to take at the same time, the present one by default.
         tries: how often the damping may grow.
         far: whether the terms may grow by more than their usual size at once.
+        least: no step is tried that promises less.
     """
-    scale = np.diag(np.diag(here.information) + 1e-12)
     reach = _reach(setting, here, far)
     free = len(here.vector)
-    for _ in range(tries):
-        damped = here.information + damping * scale
-        # Numbers differ by many powers of ten: solve in their own sizes.
-        unit = 1.0 / np.sqrt(np.diag(damped))
-        step = (
-            unit
-            * np.linalg.lstsq(damped * np.outer(unit, unit), unit * here.gradient, rcond=1e-13)[0]
-        )
+    for tried in range(tries):
+        step = _step(here, damping)
+        if float(step @ here.gradient) < least:
+            break
         step /= max(1.0, float((np.abs(step) / reach).max()))
         starts = [
             s + m - slope @ step
             for s, m, slope in zip(here.starts, here.start_steps, here.start_slopes, strict=True)
         ]
+        point = (
+            here.vector + step[:free], _moved_terms(here.terms, step[free:]), noise or here.noise,
+            starts, here.motions,
+        )  # fmt: skip
         try:
-            there = evaluate(
-                setting, here.vector + step[:free], _moved_terms(here.terms, step[free:]),
-                noise or here.noise, starts, here.motions,
-            )  # fmt: skip
+            # Most first tries succeed; of later ones only the value is wanted.
+            if tried == 0 or value_at(setting, *point) < here.value:
+                there = evaluate(setting, *point)
+                if there.value < here.value:
+                    return there, max(damping / 100.0, _LEAST_DAMPING)
         except (InputError, OverflowError, np.linalg.LinAlgError):
-            there = None
-        if there is not None and there.value < here.value:
-            return there, max(damping / 100.0, _LEAST_DAMPING)
+            pass
         damping = max(10.0 * damping, 1e-4)
     return here, damping
 
@@ -142,17 +160,18 @@ def descend_jointly(
         enough: gain of a round (of minus twice the log likelihood) below which it ends.
         sizes: whether only the torques' sizes follow.
     """
-    here, damping, settled = start, 1e-4, False
+    here, damping, settled, least = start, 1e-4, False, _PROMISE * enough
     for _ in range(limit):
         before = here.value
         # A noise that hardly moved may rest for a round.
         noise = here.noise if settled else better_noise(setting, here, sizes=sizes)
         settled = not settled and _moved(noise, here.noise) < _STILL
-        there, damping = joint_step(setting, here, min(damping, 1.0), noise, 2)
+        there, damping = joint_step(setting, here, min(damping, 1.0), noise, 2, least=least)
         if there is here:
-            there = evaluate(setting, here.vector, here.terms, noise, here.starts, here.motions)
-            here = there if there.value < here.value else here
-            there, damping = joint_step(setting, here, min(damping, 1.0))
+            if noise is not here.noise:
+                there = evaluate(setting, here.vector, here.terms, noise, here.starts, here.motions)
+                here = there if there.value < here.value else here
+            there, damping = joint_step(setting, here, min(damping, 1.0), least=least)
         here = there
         if before - here.value < enough:
             break

@@ -1,0 +1,79 @@
+"""Runs that go on in the middle of a motion remember what its effects had seen."""
+
+import numpy as np
+import pytest
+
+from drill_env.diagnosis.late import on_time
+from drill_env.effects.along import Motion
+from drill_env.effects.remembered import memories_along
+from drill_env.integrator.extended import run_extended, substep_counts
+from drill_env.parameters import Rig
+
+_EFFECTS = {
+    "motor_heating": {"loss": 0.2, "time_constant": 8.0},
+    "string_creep": {"compliance": 0.2, "time_constant": 5.0},
+    "string_hysteresis": {"torque": 0.02, "width": 0.3},
+    "wear": {"wear": 0.002},
+    "friction_lag": {"time_constant": 0.1},
+    "actuator_lag": {"time_constant": 0.3},
+    "input_delay": {"delay": 0.13},
+    "slew_limit": {"rate": 3.0},
+    "encoder_delay_lower": {"delay": 0.0825},
+    "encoder_delay_upper": {"delay": 0.03},
+    "missed_counts_lower": {"share": 0.05, "speed": 1.0},
+}
+_T = np.arange(4001) * 0.005
+
+
+def _motion(rig: Rig, u: np.ndarray) -> tuple[Motion, np.ndarray]:
+    states, readings = run_extended(rig, _T, u, np.array([0.3, 2.0, 2.0, 0.0]))
+    rates = np.gradient(states[:, 1:3], _T, axis=0)
+    return Motion(_T, u, np.hstack([states, rates]), np.array([0])), readings
+
+
+@pytest.mark.parametrize("name", list(_EFFECTS))
+def test_a_run_goes_on_as_if_it_had_not_been_cut(name):
+    rig = Rig().replace(effects=({"id": name, **_EFFECTS[name]},))
+    u = 3.0 + 1.2 * np.sign(np.sin(0.9 * _T)) + 0.3 * np.sin(2.2 * _T)
+    motion, readings = _motion(rig, u)
+    row = 2130
+    part = slice(row, row + 800)
+    memory = memories_along(rig, motion, substep_counts(rig, _T), np.array([row]))[0]
+    _, on = run_extended(rig, _T[part], u[part], motion.states[row, :4], memories=memory)
+    _, anew = run_extended(rig, _T[part], u[part], motion.states[row, :4])
+    gap = np.abs(on - readings[part]).max()
+    # The motion between its samples is taken as straight.
+    assert gap < 1e-3
+    # Missed counts are lost for good, which a run that begins anew does not know.
+    assert np.abs(anew - readings[part]).max() > 10.0 * gap
+
+
+def test_memories_are_cleared_at_a_gap():
+    rig = Rig().replace(effects=({"id": "wear", "wear": 0.002},))
+    motion, _ = _motion(rig, np.full(len(_T), 4.0))
+    cut = Motion(motion.t, motion.u, motion.states, np.array([0, 1000]))
+    counts, rows = substep_counts(rig, _T), np.array([0, 1000, 1500])
+    kept = memories_along(rig, cut, counts, rows)[:, 0, 0]
+    way = np.abs(np.diff(motion.states[1000:1501, 3])).sum()
+    assert kept[:2].tolist() == [0.0, 0.0]
+    assert kept[2] == pytest.approx(way, rel=1e-4)
+
+
+@pytest.mark.parametrize("delay", [0.0375, 0.02, 0.0011])
+@pytest.mark.parametrize("disc", [0, 1])
+def test_late_readings_are_told_at_their_own_time(delay, disc):
+    true = {d: (lambda x, d=d: 3.0 * x + (1 + d) * np.sin(2.0 * x)) for d in (0, 1)}
+    speed = {d: 3.0 + 2.0 * (1 + d) * np.cos(2.0 * _T) for d in (0, 1)}
+    alpha = {d: -4.0 * (1 + d) * np.sin(2.0 * _T) for d in (0, 1)}
+    # The motion is off by far: only its speed matters, for less than half a sample.
+    angles = np.zeros((len(_T), 2))
+    states = np.column_stack([angles, speed[1], angles[:, 0], alpha[0], alpha[1]])
+    states[:, 1] = speed[0]
+    motion = Motion(_T, np.zeros(len(_T)), states, np.array([0, 1200]))
+    told = on_time(true[disc](_T - delay), motion, disc, delay)
+    known = np.isfinite(told)
+    assert np.abs(told - true[disc](_T))[known].max() < 1e-6
+    lost = _T[~known]
+    ends = np.where(lost < _T[1200], _T[1199], _T[-1])
+    assert (lost + delay > ends).all()
+    assert len(lost) == 2 * int(np.ceil(delay / 0.005 - 1e-9))
