@@ -117,7 +117,8 @@ def _answer(kind: str, *effects: str, **more: Any) -> dict[str, Any]:
              "depends_on": list(EFFECTS[n].depends_on),
              "asked_ratio": 5.0, "identifiable": True} for n in effects]  # fmt: skip
     oracle = {f"holdout-{i}": {"theta_u": 0.1, "theta_l": 0.2} for i in (1, 2)}
-    return {"kind": kind, "nasty": False, "effects": told, "oracle_five_second_rms": oracle, **more}
+    return {"kind": kind, "nasty": False, "effects": told, "oracle_five_second_rms": oracle,
+            "rig": PAPER, "counts": 8192, **more}  # fmt: skip
 
 
 def _diagnosis(verdict: str, *effects: dict[str, Any], **more: Any) -> dict[str, Any]:
@@ -127,7 +128,7 @@ def _diagnosis(verdict: str, *effects: dict[str, Any], **more: Any) -> dict[str,
 UNBALANCE = {
     "id": "unbalance", "probability": 0.9, "alias_class": [],
     "parameters": {"torque": {"value": 1.1, "low": 0.9, "high": 1.3},
-                   "phase": {"value": -0.2, "low": -0.3, "high": 0.1}},
+                   "phase": {"value": -1.8, "low": -1.9, "high": -1.7}},
 }  # fmt: skip
 
 
@@ -139,8 +140,14 @@ def test_marks_follow_names_aliases_places_and_intervals():
         fit={"five_second_prediction": five}))  # fmt: skip
     assert right["first"] and right["three"] and right["component"] and right["surplus"] == 0
     assert right["gap_closed"] == pytest.approx(0.75)
-    # The true phase is a turn away from the interval.
+    # The true phase, a sine's, is a turn away from the interval, a cosine's.
     assert [c["inside"] for c in right["covered"]] == [True, True]
+    near = mark(_answer("single", "unbalance"), _diagnosis(
+        "missing_physics", UNBALANCE, fit={"five_second_prediction": five}),
+        {"theta_u": 0.05, "theta_l": 0.25})  # fmt: skip
+    # The refitted oracle does better where the tool does nothing, and worse where it does much.
+    assert near["gap_closed"] == pytest.approx(0.5 * 0.3 / 0.35)
+    assert near["gap_closed_true_plant"] == pytest.approx(0.75) and near["refitted"]
     alias = {**UNBALANCE, "id": "lower_disturbance", "alias_class": ["unbalance"]}
     assert mark(_answer("single", "unbalance"), _diagnosis("missing_physics", alias))["first"]
     late = _diagnosis("missing_physics", {**UNBALANCE, "id": "wear"}, alternatives=[UNBALANCE])

@@ -10,14 +10,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.concealed import ambiguity, discovery
+from benchmarks.concealed import ambiguity, discovery, oracle
 from benchmarks.concealed.cases import KINDS, Plan, draw
 from benchmarks.concealed.fields import PAPER, plant_record
+from benchmarks.concealed.library import LIBRARY
 from benchmarks.concealed.limits import stored
 from benchmarks.concealed.make import write_recording
+from benchmarks.concealed.plant import play
 from benchmarks.concealed.recordings import Hidden, Truth, make_recording
 from benchmarks.concealed.signals import signal
+from drill_env.diagnosis.declare import extended_rig
 from drill_env.identification.coordinates import Coordinates
+from drill_env.integrator.extended import run_extended
 from drill_env.parameters import Rig
 from drill_env.recordings import read_recording
 
@@ -134,3 +138,58 @@ def test_pysindy_finds_a_large_unbalance_and_nothing_in_nothing(tmp_path: Path):
     rig = Rig.paper()
     assert list(sindy.sparse(tmp_path / "with", rig, True, 0.5, 1.03)) == ["unbalance"]
     assert not sindy.sparse(tmp_path / "without", rig, True, 0.5, 1.03)
+
+
+HEAVY = {**PAPER, "Ju": 1.3 * PAPER["Ju"], "ktheta": 0.09, "bu": 2.2}
+
+
+def _told(name: str, times: float) -> dict[str, Any]:
+    effect = LIBRARY[name]
+    return {"id": name, "identifiable": True,
+            "parameters": effect.parameters(times * effect.guess, effect.middle())}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "name", ["unbalance", "string_hardening", "upper_disturbance", "motor_heating", "torque_pulse"]
+)
+def test_the_true_structure_at_the_held_scale_moves_as_the_concealed_rig(name: str):
+    told = _told(name, 5.0)
+    told["parameters"] |= {"time": 4.0} if "time" in told["parameters"] else {}
+    plant, _ = LIBRARY[name].settings(told["parameters"])
+    u = np.repeat([3.5, -2.0, 4.0], 600)
+    times = np.arange(len(u) + 1) / 200.0
+    truth = play(plant_record(HEAVY, plant), u, times).states
+    rig, scale = oracle.true_rig(HEAVY, Rig.paper())
+    term = oracle.true_term(told, HEAVY, scale)
+    assert term is not None and rig.Ju == Rig.paper().Ju
+    _, angles = run_extended(extended_rig(rig, [term]), times[:-1], u, np.zeros(4))
+    bare = play(plant_record(HEAVY), u, times).states
+    moved = np.abs(truth[:, ::2] - bare[:, ::2]).max()
+    assert np.abs(angles - truth[:, ::2]).max() < 0.01 * moved
+
+
+def test_the_refitted_oracle_comes_as_near_as_the_true_plant(tmp_path: Path):
+    told = _told("actuator_lag", 2.0)
+    # At the scale that is held: what is left of the rig may be off by as much as drilled rigs are.
+    rig = {**PAPER, "bu": 2.05, "ktheta": 0.08}
+    hidden = (Hidden(told["id"], told["parameters"]),)
+    case, made = tmp_path / "case-001", {}
+    case.mkdir()
+    for i, stem in enumerate(("fit-1", "fit-2", "holdout-1")):
+        u = signal("random steps", np.random.default_rng(i), plant_record(rig))[:4000]
+        made = make_recording(Truth(rig, hidden), u, (3, i), oracle=True)
+        write_recording(case / f"{stem}.csv", made)
+    answer = {"case": "case-001", "kind": "single", "effects": [told], "rig": rig}
+    assert oracle.has_oracle(answer)
+    assert not oracle.has_oracle({**answer, "effects": [_told("missing_samples", 1.0)]})
+    assert oracle.one(answer, case, tmp_path) == ("case-001", None)
+    path = tmp_path / "case-001.json"
+    found = json.loads(path.read_text())
+    for channel, least in made.oracle.items():
+        before = found["base_five_second_rms"][channel]
+        assert before - found["five_second_rms"][channel] > 0.9 * (before - least)
+    lag = found["parameters"]["actuator_lag"]["time_constant"]
+    assert lag == pytest.approx(told["parameters"]["tau"], rel=0.03)
+    path.write_text("{}")
+    oracle.one(answer, case, tmp_path)
+    assert path.read_text() == "{}"

@@ -32,23 +32,38 @@ def held_voltage(times, u, t, row):
 
 
 @njit(cache=True)
+def _slewed(x, v, move):
+    """Mean over a substep of a voltage that moves by at most `move` in it, and its end."""
+    start = x[SLEWED]
+    gap = v - start
+    if abs(gap) <= move:
+        x[SLEWED] = v
+        return v - 0.5 * gap * abs(gap) / move
+    x[SLEWED] = start + math.copysign(move, gap)
+    return start + 0.5 * math.copysign(move, gap)
+
+
+@njit(cache=True)
+def _lagged(x, row, goal, tau, h):
+    """Mean over a substep of what follows `goal` with a lag, and its end."""
+    start = x[row] - goal
+    x[row] = goal + start * math.exp(-h / tau)
+    return goal - start * math.expm1(-h / tau) * tau / h
+
+
+@njit(cache=True)
 def amplify(q, x, v, h):
-    """Voltage that reaches the motor over a substep, from the commanded one."""
+    """Voltage that reaches the motor in the mean over a substep, from the commanded one."""
     if q.deadzone > 0.0:
         v -= min(max(v, -q.deadzone), q.deadzone)
     if q.slew_rate > 0.0:
-        move = q.slew_rate * h
-        x[SLEWED] += min(max(v - x[SLEWED], -move), move)
-        v = x[SLEWED]
+        v = _slewed(x, v, q.slew_rate * h)
     if q.sag > 0.0:
-        x[SAGGED] = abs(v) + (x[SAGGED] - abs(v)) * math.exp(-h / q.sag_tau)
-        v *= 1.0 - q.sag * x[SAGGED]
+        v *= 1.0 - q.sag * _lagged(x, SAGGED, abs(v), q.sag_tau, h)
     if q.voltage_limit > 0.0:
         v = min(max(v, -q.voltage_limit), q.voltage_limit)
     if q.lag > 0.0:
-        start = x[VOLTS] - v
-        x[VOLTS] = v + start * math.exp(-h / q.lag)
-        v -= start * math.expm1(-h / q.lag) * q.lag / h
+        v = _lagged(x, VOLTS, v, q.lag, h)
     return v
 
 
@@ -58,8 +73,7 @@ def hold(q, x, a, t, h, v, nu, nl):
     middle = t + 0.5 * h
     drive = q.km * v * (1.0 + math.copysign(q.gain_asymmetry, v))
     if q.heating != 0.0:
-        x[WINDING] += h * (v * v / 25.0 - x[WINDING]) / q.heating_tau
-        drive *= 1.0 - q.heating * x[WINDING]
+        drive *= 1.0 - q.heating * _lagged(x, WINDING, v * v / 25.0, q.heating_tau, h)
     a[DRIVE], a[NOISE_U], a[NOISE_L] = drive, nu, nl
     if q.upper_torque != 0.0:
         a[NOISE_U] += q.upper_torque * math.sin(
@@ -92,4 +106,4 @@ def remember(q, x, s, a, h):
     x[SLID] += h * speed
     if q.heat_fade != 0.0:
         power = speed * lower_friction(q, x, a, 1.0 if x[W_L] > 0 else -1.0, speed)
-        x[BRAKE_HEAT] += h * (power / 0.5 - x[BRAKE_HEAT]) / q.heat_tau
+        _lagged(x, BRAKE_HEAT, power / 0.5, q.heat_tau, h)

@@ -6,10 +6,12 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from benchmarks.concealed.terms import in_tool_terms
+
 ALARMS = ("missing_physics", "unexplained")
 # What is left of a gap is noise where the oracle itself is hardly better than the start.
 _CLOSABLE = 1.1
-_ANGLES = ("phase", "angle")
+_ANGLES = ("phase",)
 
 
 def names_of(effect: Mapping[str, Any]) -> set[str]:
@@ -30,15 +32,15 @@ def ranked(diagnosis: Mapping[str, Any]) -> list[set[str]]:
 def mark(
     answer: Mapping[str, Any],
     diagnosis: Mapping[str, Any] | None,
-    parameter_names: Mapping[str, str] | None = None,
+    oracle: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
     """Everything that is measured on one case.
 
     Args:
         answer: as sealed.
         diagnosis: `diagnosis.json`; None where the tool gave none, which is always wrong.
-        parameter_names: "effect.parameter" of the answers to the tool's name for it, where
-            they differ.
+        oracle: rms error of 5 s predictions by the true structure refitted, rad, by channel;
+            the true plant from its true states by default.
     """
     truths = list(answer["effects"])
     marks: dict[str, Any] = {
@@ -54,6 +56,7 @@ def mark(
     hits = [any(name in names for names in believed) for name in wanted]
     located = diagnosis.get("located") or {}
     components = {t["component"] for t in truths}
+    true_plant = _pooled(answer["oracle_five_second_rms"].values())
     marks |= {
         "verdict": diagnosis.get("verdict"),
         "said": [sorted(names) for names in believed],
@@ -66,8 +69,10 @@ def mark(
         "says_unexplained": diagnosis.get("verdict") == "unexplained",
         "coordinate": bool(truths) and _coordinate(diagnosis) in truths[0]["depends_on"],
         "probability": _probability(diagnosis),
-        "gap_closed": _gap_closed(answer, diagnosis),
-        "covered": list(_coverage(truths, diagnosis, parameter_names or {})),
+        "gap_closed": _gap_closed(diagnosis, oracle or true_plant),
+        "gap_closed_true_plant": _gap_closed(diagnosis, true_plant),
+        "refitted": oracle is not None,
+        "covered": list(_coverage(answer, diagnosis)),
     }  # fmt: skip
     return marks
 
@@ -84,35 +89,41 @@ def _probability(diagnosis: Mapping[str, Any]) -> float | None:
     return float(effects[0]["probability"]) if effects else None
 
 
-def _gap_closed(answer: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> float | None:
+def _pooled(recordings: Iterable[Mapping[str, float]]) -> dict[str, float]:
+    """Rms errors of recordings of one length taken together."""
+    found = list(recordings)
+    return {
+        channel: math.sqrt(sum(one[channel] ** 2 for one in found) / len(found))
+        for channel in ("theta_u", "theta_l")
+    }
+
+
+def _gap_closed(diagnosis: Mapping[str, Any], oracle: Mapping[str, float]) -> float | None:
     """Share of the closable error of 5 s predictions that is closed, mean over the channels."""
     five = (diagnosis.get("fit") or {}).get("five_second_prediction") or {}
-    oracles = list(answer["oracle_five_second_rms"].values())
     shares = []
-    for channel in ("theta_u", "theta_l"):
+    for channel, least in oracle.items():
         told = five.get(channel) or {}
         before, after = told.get("before_rms"), told.get("after_rms")
         if before is None or after is None:
             continue
-        oracle = math.sqrt(sum(o[channel] ** 2 for o in oracles) / len(oracles))
-        if before > _CLOSABLE * oracle:
-            shares.append(min((before - after) / (before - oracle), 1.0))
+        if before > _CLOSABLE * least:
+            shares.append(min((before - after) / (before - least), 1.0))
     return sum(shares) / len(shares) if shares else None
 
 
-def _coverage(
-    truths: Iterable[Mapping[str, Any]], diagnosis: Mapping[str, Any], names: Mapping[str, str]
-) -> Iterable[dict[str, Any]]:
-    """Whether each interval that has a true value of the same name holds it."""
-    for truth in truths:
+def _coverage(answer: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Iterable[dict[str, Any]]:
+    """Whether each interval holds the true value in the tool's own terms, where there is one."""
+    for truth in answer["effects"]:
+        values = in_tool_terms(truth["id"], truth["parameters"], answer["rig"], answer["counts"])
         for effect in diagnosis.get("effects") or []:
+            told = effect.get("parameters") or {}
             if effect["id"] != truth["id"]:
                 continue
-            for name, value in truth["parameters"].items():
-                told = effect.get("parameters") or {}
-                found = told.get(names.get(f"{truth['id']}.{name}", name))
+            for name, value in values.items():
+                found = told.get(name)
                 if found is not None and found.get("low") is not None:
-                    yield {"parameter": f"{truth['id']}.{name}", "inside": _inside(
+                    yield {"parameter": f"{truth['id']}.{name}", "true": value, "inside": _inside(
                         name, value, found["low"], found["high"])}  # fmt: skip
 
 

@@ -64,8 +64,9 @@ def measure(rows: Sequence[Row]) -> dict[str, Any]:
             [c for r in rows for c in r["covered"]], lambda c: c["inside"]
         ),
         "expected calibration error": calibration_error(rows),
-        "held-out gap closed": _quantiles(
-            [r["gap_closed"] for r in clear + pair if r["gap_closed"] is not None]
+        "held-out gap closed": _gap(clear + pair, "gap_closed"),
+        "held-out gap closed, against the true plant from its true states": _gap(
+            clear + pair, "gap_closed_true_plant"
         ),
         "CPU s a case": _quantiles([r["cpu_s"] for r in rows if r["cpu_s"] is not None]),
         "effects": by_effect(rows),
@@ -86,6 +87,12 @@ def calibration_error(rows: Sequence[Row]) -> Row:
             error += abs(claimed - right) * len(inside) / len(claims)
             bins.append({"claimed": float(claimed), "right": float(right), "n": len(inside)})
     return {"error": float(error) if claims else None, "n": len(claims), "bins": bins}
+
+
+def _gap(rows: Sequence[Row], name: str) -> Row:
+    known = [r for r in rows if r[name] is not None]
+    refitted = sum(r["refitted"] for r in known) if name == "gap_closed" else 0
+    return {**_quantiles([r[name] for r in known]), "refitted": refitted}
 
 
 def _quantiles(values: Sequence[float]) -> Row:

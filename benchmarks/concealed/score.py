@@ -2,7 +2,8 @@
 
 `python -m benchmarks.concealed.score --reports DIR --answers DIR --out DIR` writes `score.md` and
 `score.json`. With `--seal HEX`, the digest that was published before the run, the seal itself is
-checked too. `--names FILE` maps "effect.parameter" of the answers to the tool's own names.
+checked too. With `--oracles DIR`, written by `oracle`, the gap that can be closed is the one that
+the true structure leaves when it is refitted on the same recordings.
 """
 
 from __future__ import annotations
@@ -37,11 +38,19 @@ def _diagnosis(folder: Path) -> tuple[dict[str, Any] | None, str | None]:
     return found, None
 
 
+def refitted_oracle(folder: Path | None, case: str) -> dict[str, float] | None:
+    """Rms error of the refitted oracle's 5 s predictions, rad, by channel; None without one."""
+    path = folder / f"{case}.json" if folder else None
+    if path is None or not path.exists():
+        return None
+    return json.loads(path.read_text(encoding="utf-8"))["five_second_rms"]
+
+
 def score(
     reports: Path,
     answers: Path,
     published: str | None = None,
-    parameter_names: dict[str, str] | None = None,
+    oracles: Path | None = None,
     *,
     done: bool = False,
 ) -> dict[str, Any]:
@@ -51,7 +60,8 @@ def score(
         reports: a folder for each case, with `diagnosis.json` and `run.json`.
         answers: folder of the sealed answers.
         published: digest of the seal.
-        parameter_names: as for `mark`.
+        oracles: folder of the refitted oracles; without one, or where a case has none there, the
+            true plant from its true states stands for it.
         done: whether cases that were not run are left out; otherwise they are wrong.
 
     Raises:
@@ -67,7 +77,7 @@ def score(
         if fault:
             faults[answer["case"]] = fault
         try:
-            row = mark(answer, diagnosis, parameter_names)
+            row = mark(answer, diagnosis, refitted_oracle(oracles, answer["case"]))
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             faults[answer["case"]] = f"does not follow the schema: {error!r}"
             row = mark(answer, None)
@@ -82,13 +92,12 @@ def main(
     answers: Annotated[Path, typer.Option(help="Folder of the sealed answers.")],
     out: Annotated[Path, typer.Option(help="Where score.md and score.json go.")],
     seal: Annotated[str | None, typer.Option(help="Digest that was published.")] = None,
-    names: Annotated[Path | None, typer.Option(help="JSON of the tool's parameter names.")] = None,
+    oracles: Annotated[Path | None, typer.Option(help="Folder of the refitted oracles.")] = None,
     done: Annotated[bool, typer.Option("--done", help="Leave out cases not yet run.")] = False,
 ) -> None:
     """Open the answers, score the diagnoses and print the table."""
     try:
-        named = json.loads(names.read_text(encoding="utf-8")) if names else None
-        found = score(reports, answers, seal, named, done=done)
+        found = score(reports, answers, seal, oracles, done=done)
         make_folder(out)
     except (InputError, OSError) as error:
         typer.echo(f"error: {error}", err=True)

@@ -33,9 +33,10 @@ def _value(entry: dict[str, Any]) -> str:
         return "no case" if entry["error"] is None else f"{entry['error']:.3f} over {entry['n']}"
     if not entry["n"]:
         return "no case"
+    refitted = f", {entry['refitted']} of them refitted" if entry.get("refitted") else ""
     return (
         f"median {entry['median']:.3g}, 10th percentile {entry['tenth']:.3g}, 90th "
-        f"{entry['ninetieth']:.3g}, largest {entry['largest']:.3g} over {entry['n']}"
+        f"{entry['ninetieth']:.3g}, largest {entry['largest']:.3g} over {entry['n']}{refitted}"
     )
 
 
