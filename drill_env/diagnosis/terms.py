@@ -174,7 +174,8 @@ def with_terms(samples: Samples, terms: tuple[Term, ...], rig: Rig, motion: Moti
     for term in sorted(terms, key=lambda t: late_disc(t) is None):
         disc = late_disc(term)
         if disc is not None:
-            column = disc if np.isfinite(angles[:, disc]).any() or angles.shape[1] == 2 else 2 + disc
+            by_speed = angles.shape[1] > 2 and not np.isfinite(angles[:, disc]).any()
+            column = 2 + disc if by_speed else disc
             delay = float(term.q[0])
             angles[:, column] = on_time(angles[:, column], motion, disc, delay)
             repeats[:, column] = repeats[telling(motion, delay), column]
