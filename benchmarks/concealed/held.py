@@ -71,7 +71,7 @@ def amplify(q, x, v, h):
 def hold(q, x, a, t, h, v, nu, nl):
     """Everything that stays the same over a substep from `t` s."""
     middle = t + 0.5 * h
-    drive = q.km * v * (1.0 + math.copysign(q.gain_asymmetry, v))
+    drive = q.km * v * (1.0 + q.gain_asymmetry * math.copysign(1.0, v))
     if q.heating != 0.0:
         drive *= 1.0 - q.heating * _lagged(x, WINDING, v * v / 25.0, q.heating_tau, h)
     a[DRIVE], a[NOISE_U], a[NOISE_L] = drive, nu, nl

@@ -57,7 +57,7 @@ def _play(x, half):
 def _pull(q, x, rate, hysteresis):
     """Torque of the string at a twist and its rate."""
     d = _play(x, q.play)
-    k = q.ktheta * (1.0 + math.copysign(q.string_asymmetry, d))
+    k = q.ktheta * (1.0 + q.string_asymmetry * math.copysign(1.0, d))
     viscous = q.damping * rate + q.cubic_damping * rate**3
     return k * (d + q.hardening * d**3) + viscous + q.hysteresis * hysteresis
 

@@ -1,5 +1,7 @@
 """What an effect reads and writes at one instant, and the helpers its kernel shares with others."""
 
+from math import exp
+
 import numpy as np
 
 from drill_env._jit import inlined
@@ -40,6 +42,12 @@ RESTING = 0.15
 def sign(value):
     """-1, 0 or 1."""
     return 1.0 if value > 0.0 else (-1.0 if value < 0.0 else 0.0)
+
+
+@inlined
+def left_over(shares):
+    """Mean of e^-x from 0 to `shares`: what is left, on average, of something that decays."""
+    return (1.0 - exp(-shares)) / shares if shares > 1e-6 else 1.0 - 0.5 * shares
 
 
 @inlined

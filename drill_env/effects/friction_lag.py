@@ -4,18 +4,23 @@ from math import exp
 
 from drill_env._jit import kernel
 from drill_env.effects._effect import Effect, shape
-from drill_env.effects._signal import against
+from drill_env.effects._signal import against, left_over, sign
 from drill_env.friction._kernels import lower_sliding
 
 
 @kernel
 def friction_lag(p, q, m, s, out):
     """-sign(omega_l) (T_l(w) - T_l(|omega_l|)), time_constant dw/dt = |omega_l| - w."""
-    speed = abs(s.omega_l)
+    speed, rate = abs(s.omega_l), s.alpha_l * sign(s.omega_l)
     if s.first:
         m[0] = speed
-    m[0] = speed + (m[0] - speed) * exp(-s.dt / q[0])
-    extra = lower_sliding(p, m[0]) - s.friction_l
+    # Along a speed that changes evenly, for the lag may be shorter than the held interval.
+    begin = speed - 0.5 * rate * s.dt
+    behind = m[0] - begin + rate * q[0]
+    shares = s.dt / q[0]
+    mean = speed - rate * q[0] + behind * left_over(shares)
+    m[0] = begin + rate * (s.dt - q[0]) + behind * exp(-shares)
+    extra = lower_sliding(p, max(mean, 0.0)) - s.friction_l
     out.torque_l += against(s.omega_l, s.net_l, extra)
 
 

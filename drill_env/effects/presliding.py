@@ -4,7 +4,7 @@ from math import exp
 
 from drill_env._jit import kernel
 from drill_env.effects._effect import Effect, shape
-from drill_env.effects._signal import sign
+from drill_env.effects._signal import left_over, sign
 
 
 @kernel
@@ -13,10 +13,10 @@ def presliding(p, q, m, s, out):
     if s.first:
         m[0] = 0.0
     side = sign(s.omega_l) if s.omega_l != 0.0 else sign(s.net_l)
-    move = s.omega_l * s.dt / q[0]
-    if move != 0.0:
-        m[0] = side + (m[0] - side) * exp(-abs(move))
-    out.torque_l += (side - m[0]) * s.friction_l
+    shares = abs(s.omega_l) * s.dt / q[0]
+    # The mean over the held interval: the way to yield may be far shorter than the disc's in it.
+    out.torque_l += (side - m[0]) * left_over(shares) * s.friction_l
+    m[0] = side + (m[0] - side) * exp(-shares)
 
 
 EFFECT = Effect(

@@ -4,7 +4,7 @@ from math import exp, log
 
 from drill_env._jit import kernel
 from drill_env.effects._effect import Effect, amplitude, shape
-from drill_env.effects._signal import against
+from drill_env.effects._signal import against, left_over
 
 # Share of `speed` at which steady contact stops growing older.
 _AT_REST = 0.05
@@ -17,9 +17,10 @@ def rate_state(p, q, m, s, out):
     rest = q[1] / (abs(s.omega_l) + _AT_REST * q[2])
     if s.first:
         m[0] = rest
-    m[0] = rest + (m[0] - rest) * exp(-s.dt / rest)
     sharp = q[2] / q[1]
-    extra = q[0] * log((1.0 + sharp * m[0]) / (1.0 + sharp * rest))
+    mean = rest + (m[0] - rest) * left_over(s.dt / rest)
+    m[0] = rest + (m[0] - rest) * exp(-s.dt / rest)
+    extra = q[0] * log((1.0 + sharp * mean) / (1.0 + sharp * rest))
     out.torque_l += against(s.omega_l, s.net_l, extra)
 
 

@@ -9,9 +9,12 @@ def string_hysteresis(p, q, m, s, out):
     """-+torque z, width dz/dt = dtwist/dt - (|dtwist/dt| z + dtwist/dt |z|)/2."""
     rate = s.omega_u - s.omega_l
     h = s.dt / 5.0 / q[1]
+    total = 0.0
     for _ in range(5):
+        before = m[0]
         m[0] += h * (rate - 0.5 * (abs(rate) * m[0] + rate * abs(m[0])))
-    torque = q[0] * m[0]
+        total += 0.5 * (before + m[0])
+    torque = q[0] * total / 5.0
 
     out.torque_l += torque
     out.torque_u -= torque
