@@ -127,7 +127,7 @@ SMOOTH = {
         ),
     ),
     "string inertia": (
-        {"id": "string_inertia", "frequency": 2.0},
+        {"id": "string_inertia", "frequency": 2.0, "damping": 0.02},
         lambda: scipy_run(
             lambda t, y: 2 * RIG.ktheta * y[4], lambda t, y: 2 * RIG.ktheta * y[4], (0.0, 0.0),
             lambda t, y, a, b: [
@@ -179,7 +179,7 @@ def test_gear_agrees_with_two_discs_of_ones_own():
     truth = found.y[:4].T
     effect = {
         "id": "gear_compliance", "stiffness": stiffness, "motor_share": share,
-        "friction_share": 1.0,
+        "friction_share": 1.0, "damping": 0.07,
     }  # fmt: skip
     ours = simulate(extended(effect), wave, 6.0, initial=truth[0]).state
     np.testing.assert_array_less(np.abs(ours - truth).max(0), 1e-3 * np.abs(truth).max(0))
@@ -340,15 +340,21 @@ NEUTRAL = {
     "slew_limit": {"rate": 1e4},
     "actuator_lag": {"time_constant": 1e-4},
     "input_delay": {"delay": 0.0},
-    "gear_compliance": {"stiffness": 1e5, "motor_share": 0.5, "friction_share": 1.0},
+    "gear_compliance": {
+        "stiffness": 1e5,
+        "motor_share": 0.5,
+        "friction_share": 1.0,
+        "damping": 0.07,
+    },
     "gear_backlash": {
         "gap": 1e-4,
         "stiffness": 1e5,
         "motor_share": 0.5,
         "friction_share": 1.0,
+        "damping": 0.07,
     },  # fmt: skip
     "string_play": {"gap": 1e-3},
-    "string_inertia": {"frequency": 100.0},
+    "string_inertia": {"frequency": 100.0, "damping": 0.02},
     "friction_lag": {"time_constant": 5e-4},
     "presliding": {"distance": 2e-4},
     "encoder_delay_upper": {"delay": 0.0},

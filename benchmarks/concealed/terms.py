@@ -81,13 +81,18 @@ def _repeated(p: Numbers, rig: Numbers, counts: int) -> dict[str, float]:
 _MADE: dict[str, Callable[[Numbers, Numbers, int], dict[str, float]]] = {
     # Per u^2/25 V^2 there, per u^2/9 V^2 here.
     "motor_heating": lambda p, rig, counts: {"loss": p["loss"] * 9.0 / 25.0},
-    "gear_compliance": lambda p, rig, counts: {"stiffness": 1.0 / p["compliance"]},
+    "gear_compliance": lambda p, rig, counts: {
+        "stiffness": 1.0 / p["compliance"],
+        "damping": 0.05,
+    },
+    "gear_backlash": lambda p, rig, counts: {"damping": 0.3},
     "string_hardening": lambda p, rig, counts: {"coefficient": rig["ktheta"] * p["hardening"]},
     "string_asymmetry": lambda p, rig, counts: {"coefficient": rig["ktheta"] * p["asymmetry"]},
     "string_play": lambda p, rig, counts: {"gap": 2.0 * p["half_width"]},
-    # J in the middle of two halves of stiffness 2 ktheta; it rings for longer than the tool's.
+    # J in the middle of two halves of stiffness 2 ktheta.
     "string_inertia": lambda p, rig, counts: {
-        "frequency": math.sqrt(4.0 * rig["ktheta"] / p["inertia"]) / (2.0 * math.pi)
+        "frequency": math.sqrt(4.0 * rig["ktheta"] / p["inertia"]) / (2.0 * math.pi),
+        "damping": 0.002,
     },
     "brake_runout": lambda p, rig, counts: {"order": 1.0},
     # Every clock of the maker jitters by this much.
@@ -115,7 +120,7 @@ LEFT_OUT = {
 """Numbers of the maker that the tool does not have, by "effect.parameter".
 
 Numbers of the tool that the maker does not have: of both gears `friction_share`, 0 for the maker
-and so below the tool's range, and the stiffness of the backlash's teeth, whose damping is another.
+and so below the tool's range, and the stiffness of the backlash's teeth, which never pull there.
 Another friction law ("friction_shape") is left out too: its intervals hold Ju as given, and with
 it a scale of torque that is not the true one.
 """

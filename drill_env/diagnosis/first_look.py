@@ -32,15 +32,25 @@ def first_look(setting: Setting, fit: Fit, scored: Scored) -> tuple[float, Fit]:
         Fall of minus twice the log likelihood, and the fit with the candidate.
     """
     if _sizeless(scored.term):
-        gain, term = _climbed(setting, fit, scored.term)
-    else:
-        gain, term = gain_of(setting, fit, scored.term), scored.term
-    if gain > _TRUE_SCORE * scored.gain or _sizeless(term):
+        return _sizeless_look(setting, fit, scored.term)
+    gain, term = gain_of(setting, fit, scored.term), scored.term
+    if gain > _TRUE_SCORE * scored.gain:
         return gain, added(setting, fit, term)
     start = added(setting, fit, Term(term.source, _sized(term, 0.0)))
     # As far as usual sizes reach, and as far as the score does: it may be true.
     ways = (False, True) if overreaches(setting, start, 1e-4) else (False,)
     looks = [joint_step(setting, start, 1e-4, tries=_STEPS, far=far)[0] for far in ways]
+    there = min(looks, key=lambda look: look.value)
+    return fit.value - there.value, there
+
+
+def _sizeless_look(setting: Setting, fit: Fit, term: Term) -> tuple[float, Fit]:
+    """The better of the scored size, which the rig would follow, and of the climbed one."""
+    gain, climbed = _climbed(setting, fit, term)
+    looks = [added(setting, fit, climbed)]
+    if gain <= 0.0 or not np.array_equal(climbed.q, term.q):
+        start = added(setting, fit, term)
+        looks.append(joint_step(setting, start, 1e-4, tries=_STEPS)[0])
     there = min(looks, key=lambda look: look.value)
     return fit.value - there.value, there
 

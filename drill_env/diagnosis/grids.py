@@ -93,7 +93,7 @@ def around(effect: Effect, q: FloatArray, level: int) -> list[FloatArray]:
     """Points between a grid point and its neighbours, finer at each level."""
     points = []
     for i, p in enumerate(effect.parameters):
-        if p.role != "shape":
+        if p.role != "shape" or len(p.grid) == 1:
             continue
         for share in (-0.5, -0.25, 0.25, 0.5):
             moved = q.copy()

@@ -10,9 +10,10 @@ MOTOR_SHARE = shape("motor_share", "1", (0.1, 0.25, 0.5), low=0.01, high=0.95)
 FRICTION_SHARE = shape("friction_share", "1", (0.05, 1.0), low=0.01, high=1.0)
 """Of the drive's friction that sits at the motor and not at the disc: rigs differ."""
 
+DAMPING = shape("damping", "1", (0.07,), low=0.002, high=2.0)
+"""Of the gear's ringing, as a share of critical."""
+
 SUBSTEPS = 20
-# Of critical: gears ring for some periods.
-DAMPING = 0.07
 
 
 @kernel
@@ -31,16 +32,17 @@ def drive_friction(p, omega):
 
 
 @kernel
-def drive_torque(p, m, s, share, stiffness, gap, at_motor):
+def drive_torque(p, m, s, share, stiffness, gap, at_motor, damping):
     """Torque (Nm) that the rig's lumped upper disc lacks against one with a motor behind a spring.
 
     m[0] is the motor's angle ahead of the disc, m[1] its rate. Both follow from the voltage and
     the string's pull, not from the disc's measured motion: smoothing takes the gear's ringing out
-    of that. `at_motor` is the share of the friction that sits at the motor.
+    of that. `at_motor` is the share of the friction that sits at the motor, `damping` the share of
+    critical.
     """
     motor, disc = share * p.Ju, (1.0 - share) * p.Ju
     h = s.dt / SUBSTEPS
-    loss = 2.0 * DAMPING * (stiffness * motor * (1.0 - share)) ** 0.5
+    loss = 2.0 * damping * (stiffness * motor * (1.0 - share)) ** 0.5
     pull = p.ktheta * s.twist
     total = 0.0
     for _ in range(SUBSTEPS):

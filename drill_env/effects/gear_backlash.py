@@ -1,14 +1,14 @@
 """The drive has play: the motor moves free for a while."""
 
 from drill_env._jit import kernel
-from drill_env.effects._drive import FRICTION_SHARE, MOTOR_SHARE, drive_torque
+from drill_env.effects._drive import DAMPING, FRICTION_SHARE, MOTOR_SHARE, drive_torque
 from drill_env.effects._effect import Effect, shape
 
 
 @kernel
 def gear_backlash(p, q, m, s, out):
     """motor behind play and a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu."""
-    out.torque_u += drive_torque(p, m, s, q[1], q[2], q[0], q[3])
+    out.torque_u += drive_torque(p, m, s, q[1], q[2], q[0], q[3], q[4])
 
 
 EFFECT = Effect(
@@ -48,6 +48,7 @@ EFFECT = Effect(
             high=100000.0,
         ),
         FRICTION_SHARE,
+        DAMPING,
     ),
     formula="motor behind play and a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu",
     meaning="The drive has play: the motor moves free for a while.",

@@ -1,14 +1,14 @@
 """The drive's gear is springy."""
 
 from drill_env._jit import kernel
-from drill_env.effects._drive import FRICTION_SHARE, MOTOR_SHARE, drive_torque
+from drill_env.effects._drive import DAMPING, FRICTION_SHARE, MOTOR_SHARE, drive_torque
 from drill_env.effects._effect import Effect, shape
 
 
 @kernel
 def gear_compliance(p, q, m, s, out):
     """motor_share J_u behind a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu."""
-    out.torque_u += drive_torque(p, m, s, q[1], q[0], 0.0, q[2])
+    out.torque_u += drive_torque(p, m, s, q[1], q[0], 0.0, q[2], q[3])
 
 
 EFFECT = Effect(
@@ -36,6 +36,7 @@ EFFECT = Effect(
         ),
         MOTOR_SHARE,
         FRICTION_SHARE,
+        DAMPING,
     ),
     formula="motor_share J_u behind a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu",
     meaning="The drive's gear is springy.",

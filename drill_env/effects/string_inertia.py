@@ -8,12 +8,12 @@ from drill_env.effects._effect import Effect, shape
 
 @kernel
 def string_inertia(p, q, m, s, out):
-    """2 ktheta z on both, d2z/dt2 = -(domega_u/dt + domega_l/dt)/2 - (2 pi frequency)^2 z."""
+    """2 ktheta z on both, d2z/dt2 = -(domega_u/dt + domega_l/dt)/2 - w^2 z - 2 damping w dz/dt."""
     wave = 2.0 * pi * q[0]
-    h = s.dt / 20.0
+    h, loss = s.dt / 20.0, 2.0 * q[1] * wave
     total = 0.0
     for _ in range(20):
-        m[1] += h * (-0.5 * (s.alpha_u + s.alpha_l) - wave * wave * m[0] - 0.04 * wave * m[1])
+        m[1] += h * (-0.5 * (s.alpha_u + s.alpha_l) - wave * wave * m[0] - loss * m[1])
         m[0] += h * m[1]
         total += m[0]
     out.torque_u += 2.0 * p.ktheta * total / 20.0
@@ -62,8 +62,10 @@ EFFECT = Effect(
             low=0.3,
             high=100.0,
         ),
+        shape("damping", "1", (0.02,), low=0.0005, high=2.0),
     ),
-    formula="2 ktheta z on both, d2z/dt2 = -(domega_u/dt + domega_l/dt)/2 - (2 pi frequency)^2 z",
+    formula="2 ktheta z on both, "
+    "d2z/dt2 = -(domega_u/dt + domega_l/dt)/2 - w^2 z - 2 damping w dz/dt, w = 2 pi frequency",
     meaning="The string's own inertia gives a second torsional mode.",
     kernel=string_inertia,
     neighbours=("string_damping",),
