@@ -108,9 +108,10 @@ def _sizes(score: FloatArray, g: FloatArray, raw: FloatArray) -> tuple[FloatArra
 
 
 def _solve(
-    effect: Effect, q: FloatArray, score: FloatArray, g: FloatArray, raw: FloatArray
+    source: Named, q: FloatArray, score: FloatArray, g: FloatArray, raw: FloatArray
 ) -> Scored | None:
     """The numbers of one block of columns; None where they would have the wrong sign."""
+    effect = source.effect
     size, gain = _sizes(score, g, raw)
     if not gain > 0.0:
         return None
@@ -131,18 +132,18 @@ def _solve(
             return None
         factor = min(max(factor, _LEAST), _MOST)
         gain = float(2.0 * factor * score[0] - factor**2 * g[0, 0])
-    return Scored(Term(Named(effect), Named(effect).bounded(q)), gain)
+    return Scored(Term(source, source.bounded(q)), gain)
 
 
 def score_effects(ground: Ground, effects: Iterable[Effect]) -> list[Scored]:
     """The best numbers of each effect, best effect first."""
     scored = []
     for effect in effects:
-        best = _score_grid(ground, effect, grid_of(effect, ground))
+        best = best_point(ground, Named(effect), grid_of(effect, ground))
         for _ in range(_REFINEMENTS):
             if best is None or all(p.role != "shape" for p in effect.parameters):
                 break
-            finer = _score_grid(ground, effect, around(effect, best.term.q, _))
+            finer = best_point(ground, Named(effect), around(effect, best.term.q, _))
             if finer is not None and finer.gain > best.gain:
                 best = finer
         if best is not None:
@@ -160,17 +161,24 @@ def score_shapes(ground: Ground, shapes: Iterable[Shape]) -> list[Scored]:
     return sorted(scored, key=lambda s: -s.gain)
 
 
-def _score_grid(ground: Ground, effect: Effect, points: list[FloatArray]) -> Scored | None:
-    if not points:
-        return None
-    width = len(_turns(effect))
+def information_of(ground: Ground, terms: Sequence[Term]) -> FloatArray:
+    """Information beyond what is known of each column of terms: of each size, or pair of sizes."""
+    return np.diag(_moments(ground, terms)[1])
+
+
+def best_point(ground: Ground, source: Named, points: Sequence[FloatArray]) -> Scored | None:
+    """The numbers that score best of a source at some points, its size and phase free.
+
+    The gain is not yet divided by the dispersion of the ground.
+    """
+    width = len(_turns(source.effect))
     best: Scored | None = None
     for first in range(0, len(points), 32):
         block = points[first : first + 32]
-        score, g, raw = _moments(ground, [Term(Named(effect), q) for q in block])
+        score, g, raw = _moments(ground, [Term(source, q) for q in block])
         for i, q in enumerate(block):
             part = slice(i * width, (i + 1) * width)
-            found = _solve(effect, q, score[part], g[part, part], raw[part])
+            found = _solve(source, q, score[part], g[part, part], raw[part])
             if found is not None and (best is None or found.gain > best.gain):
                 best = found
     return best

@@ -23,8 +23,10 @@ from drill_env.diagnosis.ground import ground_at
 from drill_env.diagnosis.joint import descend_jointly, polished
 from drill_env.diagnosis.rounds import NEEDED, Attempt, Found, Round, clearly, is_named, nameless
 from drill_env.diagnosis.scan import Scored, score_effects, score_shapes
-from drill_env.diagnosis.shapes import free_shapes
+from drill_env.diagnosis.shapes import come_round, free_shapes
 from drill_env.diagnosis.slips import slips
+from drill_env.diagnosis.terms import Shape
+from drill_env.diagnosis.waves import Wave, free_waves, score_waves
 from drill_env.effects import Effect
 from drill_env.identification.coordinates import Coordinates
 from drill_env.identification.noise import NoiseModel
@@ -34,7 +36,7 @@ from drill_env.parameters import Rig
 _RELEASE = 6.0
 # Effects and shapes that get a first look; a rig without what it lacks most scores badly.
 _WIDTHS, _LATER_WIDTHS = (12, 5), (7, 3)
-_TRIED, _TRIED_SHAPES = 6, 2
+_TRIED, _TRIED_SHAPES, _TRIED_WAVES = 6, 2, 2
 _BASE_ROUNDS = 25
 _FIRST_ROUNDS, _HOME_ROUNDS = 2, 5
 # Squared standard deviations a parameter above which a fitted rig counts as bent.
@@ -83,18 +85,25 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     named = [s for s in score_effects(ground, effects) if s.term.id not in present]
     shapes = score_shapes(ground, free_shapes(fit.motions, fit.rig.inertias))
     price = np.log(fit.count)
+    turning = come_round(fit.motions, fit.rig.inertias)
+    unnamed = free_waves([e.id for e in effects], fit.rig.inertias, turning=turning)
+    waves = score_waves(ground, unnamed)
     lost = [pair for pair in (slips(ground, 0), slips(ground, 1)) if pair is not None]
     wide, wide_shapes = _LATER_WIDTHS if fit.terms else _WIDTHS
     hopeful = [
-        s for s in (*named[:wide], *shapes[:wide_shapes]) if s.gain - s.numbers * price > -_SLACK
+        s
+        for s in (*named[:wide], *shapes[:wide_shapes], *waves)
+        if s.gain - s.numbers * price > -_SLACK
     ]
     hopeful += [Scored(term, gain) for term, gain in lost if gain - len(term.q) * price > 0.0]
     looked = sorted((first_look(setting, fit, s) for s in hopeful), key=lambda pair: -pair[0])
     starts = [start for _, start in looked]
     names = [start for start in starts if is_named(start.terms[-1])][:_TRIED]
-    free = [start for start in starts if not is_named(start.terms[-1])][:_TRIED_SHAPES]
+    free = [start for start in starts if isinstance(start.terms[-1].source, Shape)]
+    free = [start for start in free if not is_named(start.terms[-1])][:_TRIED_SHAPES]
+    going = [start for start in starts if isinstance(start.terms[-1].source, Wave)][:_TRIED_WAVES]
     done: list[Attempt] = []
-    for start in (*names, *free):
+    for start in (*names, *free, *going):
         report(f"trying {start.terms[-1].id}")
         done.append(_attempt(setting, fit, start, _FIRST_ROUNDS))
     done = _heated(setting, fit, done)
@@ -104,7 +113,7 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
         done += _heated(setting, fit, [_attempt(setting, fit, s, _HOME_ROUNDS) for s in starts])
     done = _best_of_each(done)
     return Round(
-        fit, (*named, *shapes),
+        fit, (*named, *shapes, *waves),
         tuple(a for a in done if is_named(a.term)),
         tuple(a for a in done if not is_named(a.term)),
     )  # fmt: skip
