@@ -147,6 +147,9 @@ def _formulas(name: str, x: FloatArray, y: FloatArray, turning: bool) -> list[tu
             found.append((f"{size:.3g} cos({order} {name} + {turn:.3g})", _r2(y, fitted)))
         found.append(_bump(name, x, y))
         return found
+    if x[0] < 0.0 < x[-1]:
+        fitted, (level, slope) = _fitted(np.column_stack([np.ones_like(x), np.abs(x)]), y)
+        found.append((f"{level:+.3g} {slope:+.3g} |{name}|", _r2(y, fitted)))
     for power in (1, 2, 3):
         basis = np.column_stack([x**k for k in range(power + 1)])
         fitted, coefficients = _fitted(basis, y)

@@ -85,25 +85,14 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     named = [s for s in score_effects(ground, effects) if s.term.id not in present]
     shapes = score_shapes(ground, free_shapes(fit.motions, fit.rig.inertias))
     price = np.log(fit.count)
-    turning = come_round(fit.motions, fit.rig.inertias)
-    unnamed = free_waves([e.id for e in effects], fit.rig.inertias, turning=turning)
-    waves = score_waves(ground, unnamed)
+    waves = score_waves(ground, _waves_of(fit, effects))
     lost = [pair for pair in (slips(ground, 0), slips(ground, 1)) if pair is not None]
     wide, wide_shapes = _LATER_WIDTHS if fit.terms else _WIDTHS
-    hopeful = [
-        s
-        for s in (*named[:wide], *shapes[:wide_shapes], *waves)
-        if s.gain - s.numbers * price > -_SLACK
-    ]
+    likely = (*named[:wide], *shapes[:wide_shapes], *waves)
+    hopeful = [s for s in likely if s.gain - s.numbers * price > -_SLACK]
     hopeful += [Scored(term, gain) for term, gain in lost if gain - len(term.q) * price > 0.0]
-    looked = sorted((first_look(setting, fit, s) for s in hopeful), key=lambda pair: -pair[0])
-    starts = [start for _, start in looked]
-    names = [start for start in starts if is_named(start.terms[-1])][:_TRIED]
-    free = [start for start in starts if isinstance(start.terms[-1].source, Shape)]
-    free = [start for start in free if not is_named(start.terms[-1])][:_TRIED_SHAPES]
-    going = [start for start in starts if isinstance(start.terms[-1].source, Wave)][:_TRIED_WAVES]
     done: list[Attempt] = []
-    for start in (*names, *free, *going):
+    for start in _starts(setting, fit, hopeful):
         report(f"trying {start.terms[-1].id}")
         done.append(_attempt(setting, fit, start, _FIRST_ROUNDS))
     done = _heated(setting, fit, done)
@@ -117,6 +106,23 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
         tuple(a for a in done if is_named(a.term)),
         tuple(a for a in done if not is_named(a.term)),
     )  # fmt: skip
+
+
+def _starts(setting: Setting, fit: Fit, hopeful: Sequence[Scored]) -> list[Fit]:
+    """Where the candidates of most promise start: names, functions of a coordinate and waves."""
+    looked = sorted((first_look(setting, fit, s) for s in hopeful), key=lambda pair: -pair[0])
+    starts = [start for _, start in looked]
+    names = [start for start in starts if is_named(start.terms[-1])]
+    free = [start for start in starts if not is_named(start.terms[-1])]
+    waves = [start for start in free if isinstance(start.terms[-1].source, Wave)]
+    shapes = [start for start in free if isinstance(start.terms[-1].source, Shape)]
+    return [*names[:_TRIED], *shapes[:_TRIED_SHAPES], *waves[:_TRIED_WAVES]]
+
+
+def _waves_of(fit: Fit, effects: Sequence[Effect]) -> list[Wave]:
+    inertias = fit.rig.inertias
+    known = {effect.id for effect in effects}
+    return free_waves(known, inertias, turning=come_round(fit.motions, inertias))
 
 
 def _from_home(setting: Setting, fit: Fit, effects: Sequence[Effect]) -> list[Fit]:
@@ -183,7 +189,8 @@ def find(
         if hopeless or nameless(found):
             # A free shape stands in only where no name, nor two names together, come near.
             rival = polished(setting, best.fit)
-            shaped = rival if shaped is None or rival.bic < shaped.bic else shaped
+            # One that came without the name that was chosen gives way to no small gain.
+            shaped = rival if shaped is None or rival.bic < shaped.bic - NEEDED else shaped
         if chosen is None or hopeless:
             break
         report(f"refining {chosen.term.id}")

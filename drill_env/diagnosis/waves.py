@@ -13,8 +13,7 @@ from drill_env.diagnosis.ground import Ground
 from drill_env.diagnosis.scan import Scored, best_point, information_of
 from drill_env.diagnosis.shapes import COORDINATES, TURN, middle
 from drill_env.diagnosis.terms import Named, Term
-from drill_env.effects import Effect
-from drill_env.effects._effect import amplitude, phase, shape
+from drill_env.effects import Effect, EffectParameter
 from drill_env.effects.along import Motion
 from drill_env.parameters import Rig
 
@@ -83,10 +82,10 @@ def _refused(*given: Any) -> None:
 
 def _wave(disc: str, name: str) -> Wave:
     if name == "time":
-        number = shape("frequency", "Hz", (), low=1e-3, high=200.0)
+        number = EffectParameter("frequency", "Hz", "shape", (), 1e-3, 200.0)
         formula, words = "torque cos(2 pi frequency t + phase)", "at a fixed frequency"
     else:
-        number = shape("order", "1", (), low=0.1, high=500.0)
+        number = EffectParameter("order", "1", "shape", (), 0.1, 500.0)
         formula, words = f"torque cos(order {name} + phase)", "with the angle of the disc"
     usual = 0.02 if disc == "upper" else 3e-4
     return Wave(
@@ -96,8 +95,8 @@ def _wave(disc: str, name: str) -> Wave:
             equation="upper" if disc == "upper" else "lower",
             depends_on=name,
             parameters=(
-                amplitude("torque", "Nm", usual, most=5.0, signed=False),
-                phase(),
+                EffectParameter("torque", "Nm", "amplitude", (usual,), 0.0, 5.0),
+                EffectParameter("phase", "rad", "phase", (0.0,), -7.0, 7.0),
                 number,
             ),
             formula=formula,
