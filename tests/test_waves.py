@@ -21,6 +21,7 @@ from drill_env.effects.along import Motion, response_along
 from drill_env.integrator.extended import run_extended
 from drill_env.parameters import SYMBOLS
 from drill_env.recordings import Recording
+from drill_env.report.diagnosis_page import diagnosis_page
 
 SECONDS, RATE = 30.0, 200.0
 RIG = Rig().replace(km=3.66, bu=2.03, ktheta=0.0765, Tsl=0.0096, beta1=6.5)
@@ -63,6 +64,8 @@ def test_a_wave_without_a_name_is_told_by_its_frequency(hidden, place, cycles):
     size = max(result.shape.values)
     assert size == pytest.approx(hidden.parameters["amplitude"], rel=0.1)
     assert [entry["id"] for entry in found.rig.effects] == ["table"]
+    page = diagnosis_page(found)
+    assert f"a torque that depends on {place[1]}" in page and f"{true:.2f}" in page
     for errors in result.fit["five_second_prediction"].values():
         assert errors["after_rms"] < 2.0 * errors["floor_rms"]
 
