@@ -143,6 +143,30 @@ SMOOTH = {
         },
         lambda: scipy_run(nothing, unbalance),
     ),
+    "table of an order that is not whole": (
+        {
+            "id": "table", "component": "upper", "depends_on": "theta_u", "sort": "torque",
+            "period": 2 * math.pi / 7.4,
+            "knots": (np.arange(200) * 2 * math.pi / 7.4 / 200).tolist(),
+            "values": (0.1 * np.cos(np.arange(200) * 2 * math.pi / 200 + 0.4)).tolist(),
+        },
+        lambda: scipy_run(lambda t, y: 0.1 * np.cos(7.4 * (y[0] + y[3]) + 0.4), nothing),
+    ),
+    "table of a frequency": (
+        {
+            "id": "table", "component": "lower", "depends_on": "time", "sort": "torque",
+            "period": 1 / 0.7, "knots": (np.arange(200) / 0.7 / 200).tolist(),
+            "values": (0.02 * np.cos(np.arange(200) * 2 * math.pi / 200 - 0.8)).tolist(),
+        },
+        lambda: scipy_run(nothing, lambda t, y: 0.02 * np.cos(2 * math.pi * 0.7 * t - 0.8)),
+    ),
+    "table of friction over twist": (
+        {
+            "id": "table", "component": "upper", "depends_on": "twist", "sort": "friction",
+            "knots": [-10.0, 0.0, 10.0], "values": [2.0, 0.0, 2.0],
+        },
+        lambda: scipy_run(lambda t, y: -0.2 * np.abs(y[0]), nothing),
+    ),
 }  # fmt: skip
 
 
@@ -447,7 +471,9 @@ BAD = {
     "nan": ({"id": "supply_sag", "sag": math.nan}, ["sag is nan"]),
     "coordinate": ({**TABLE, "depends_on": "x"}, ["depends_on is 'x'", "twist"]),
     "sort": ({**TABLE, "sort": "torqe"}, ["'torqe'", "friction"]),
-    "component": ({**TABLE, "component": "upper", "sort": "friction"}, ["friction with lower"]),
+    "component": ({**TABLE, "component": "string", "sort": "friction"}, ["friction with upper"]),
+    "period": ({**TABLE, "period": 0.0}, ["period is 0.0", "greater than 0"]),
+    "periods": ({**TABLE, "period": 0.5}, ["outside 0 to 0.5"]),
     "knots": ({**TABLE, "knots": [1.0, 0.0]}, ["ascending"]),
     "lengths": ({**TABLE, "values": [1.0]}, ["2 knots and 1 values"]),
     "no list": ({**TABLE, "values": "abc"}, ["values is 'abc'", "list"]),

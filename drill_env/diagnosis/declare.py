@@ -12,11 +12,26 @@ from drill_env._types import FloatArray
 from drill_env.diagnosis.shapes import TURN
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Shape, Term
+from drill_env.diagnosis.waves import Wave, one_period, period_of
 from drill_env.parameters import SYMBOLS, Rig
+
+# Of a period of a wave: straight lines between them are off by a thousandth of its size.
+_KNOTS = 64
 
 
 def declaration(term: Term) -> dict[str, Any]:
     """One term as an entry of [[effects]]."""
+    if isinstance(term.source, Wave):
+        x, y = one_period(term, _KNOTS)
+        return {
+            "id": "table",
+            "component": term.source.effect.component,
+            "depends_on": term.source.effect.depends_on,
+            "sort": "torque",
+            "period": period_of(term),
+            "knots": x.tolist(),
+            "values": y.tolist(),
+        }
     if not isinstance(term.source, Shape):
         names = [p.name for p in term.source.effect.parameters]
         return {"id": term.id, **dict(zip(names, term.q.tolist(), strict=True))}

@@ -143,6 +143,7 @@ def _result(
     shaped = [t for t in final.terms if not is_named(t)]
     verdict = _verdict(found, effects, shaped, changed, options)
     leading = min(final.terms, key=lambda t: not is_parameter(t.id), default=None)
+    leading = shaped[0] if verdict == "unexplained" else leading
     located = locate(setting, final, leading) if leading is not None else _law_located(effects)
     chosen = effects[0].id if effects else (shaped[0].id if shaped else "")
     alternatives = [Alternative(*rival) for rival in rivals(rounds_of(found, chosen), chosen)]

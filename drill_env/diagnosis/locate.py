@@ -13,11 +13,14 @@ from drill_env.diagnosis.result import FoundShape, Located
 from drill_env.diagnosis.shapes import COORDINATES, TURN, comes_round
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Shape, Term
+from drill_env.diagnosis.waves import Wave, formula_of, one_period
 
 _SHORTEST = 0.05
 _JOINED = 0.25
 _MOST_INTERVALS = 12
 _MOST_ORDER = 8
+# Values in which one period of a wave is told.
+_DRAWN = 32
 
 
 def locate(setting: Setting, fit: Fit, term: Term) -> Located:
@@ -115,6 +118,10 @@ def _frequency(term: Term) -> float | None:
 
 def describe(term: Term) -> FoundShape | None:
     """A free shape with the shortest formula that explains most of it."""
+    if isinstance(term.source, Wave):
+        x, y = one_period(term, _DRAWN)
+        along = term.source.effect.depends_on
+        return FoundShape(along, "torque", formula_of(term), 1.0, x.tolist(), y.tolist())
     if not isinstance(term.source, Shape) or isinstance(term.source, Slips):
         return None
     x, y = np.array(term.source.knots), term.q
@@ -140,6 +147,9 @@ def _formulas(name: str, x: FloatArray, y: FloatArray, turning: bool) -> list[tu
             found.append((f"{size:.3g} cos({order} {name} + {turn:.3g})", _r2(y, fitted)))
         found.append(_bump(name, x, y))
         return found
+    if x[0] < 0.0 < x[-1]:
+        fitted, (level, slope) = _fitted(np.column_stack([np.ones_like(x), np.abs(x)]), y)
+        found.append((f"{level:+.3g} {slope:+.3g} |{name}|", _r2(y, fitted)))
     for power in (1, 2, 3):
         basis = np.column_stack([x**k for k in range(power + 1)])
         fitted, coefficients = _fitted(basis, y)

@@ -12,7 +12,7 @@ from drill_env.diagnosis.faults import Fault
 from drill_env.diagnosis.law import LawFit
 from drill_env.diagnosis.offered import is_parameter
 from drill_env.diagnosis.result import NamedEffect, Number
-from drill_env.diagnosis.rounds import Found, Round
+from drill_env.diagnosis.rounds import Found, Round, is_named
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Named
 from drill_env.effects import LIBRARY
@@ -36,7 +36,7 @@ def named_effects(
     for term in found.final.terms:
         if term.id in lost:
             effects.append(lost.pop(term.id))
-        if not isinstance(term.source, Named):
+        if not isinstance(term.source, Named) or not is_named(term):
             continue
         effect = term.source.effect
         effects.append(

@@ -8,6 +8,7 @@ from drill_env.diagnosis.extended import Fit, Setting
 from drill_env.diagnosis.scan import Scored
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Named, Term
+from drill_env.diagnosis.waves import Wave
 
 NEEDED = 20.0
 """Gain of the information criterion below which an effect is not believed in."""
@@ -85,7 +86,7 @@ def clearly(gain: float) -> float:
 
 def is_named(term: Term) -> bool:
     """Whether a term stands for an effect of the library."""
-    return isinstance(term.source, (Named, Slips))
+    return isinstance(term.source, (Named, Slips)) and not isinstance(term.source, Wave)
 
 
 def nameless(found: Round) -> bool:

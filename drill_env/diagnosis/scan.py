@@ -120,9 +120,10 @@ def _sizes(score: FloatArray, g: FloatArray, raw: FloatArray) -> tuple[FloatArra
 
 
 def _solve(
-    effect: Effect, q: FloatArray, score: FloatArray, g: FloatArray, raw: FloatArray
+    source: Named, q: FloatArray, score: FloatArray, g: FloatArray, raw: FloatArray
 ) -> Scored | None:
     """The numbers of one block of columns; None where they would have the wrong sign."""
+    effect = source.effect
     size, gain = _sizes(score, g, raw)
     if not gain > 0.0:
         return None
@@ -143,18 +144,18 @@ def _solve(
             return None
         factor = min(max(factor, _LEAST), _MOST)
         gain = float(2.0 * factor * score[0] - factor**2 * g[0, 0])
-    return Scored(Term(Named(effect), Named(effect).bounded(q)), gain)
+    return Scored(Term(source, source.bounded(q)), gain)
 
 
 def score_effects(ground: Ground, effects: Iterable[Effect]) -> list[Scored]:
     """The best numbers of each effect, best effect first."""
     scored = []
     for effect in effects:
-        best = _score_grid(ground, effect, grid_of(effect, ground))
+        best = best_point(ground, Named(effect), grid_of(effect, ground))
         for _ in range(_REFINEMENTS):
             if best is None or all(p.role != "shape" for p in effect.parameters):
                 break
-            finer = _score_grid(ground, effect, around(effect, best.term.q, _))
+            finer = best_point(ground, Named(effect), around(effect, best.term.q, _))
             if finer is not None and finer.gain > best.gain:
                 best = finer
         if best is not None:
@@ -172,14 +173,23 @@ def score_shapes(ground: Ground, shapes: Iterable[Shape]) -> list[Scored]:
     return sorted(scored, key=lambda s: -s.gain)
 
 
-def _score_grid(ground: Ground, effect: Effect, points: list[FloatArray]) -> Scored | None:
+def information_of(ground: Ground, terms: Sequence[Term]) -> FloatArray:
+    """Information beyond what is known of each column of terms: of each size, or pair of sizes."""
+    return np.diag(_moments(ground, terms)[1])
+
+
+def best_point(ground: Ground, source: Named, points: Sequence[FloatArray]) -> Scored | None:
+    """The numbers that score best of a source at some points, its size and phase free.
+
+    The gain is not yet divided by the dispersion of the ground.
+    """
     if len(points) > _MANY:
         # One recording tells which points are worth the others' time.
         loudest = max(ground.known, key=lambda k: float(k.white @ k.white) / len(k.white))
-        first = _scored_points(ground, effect, points, [loudest])
+        first = _scored_points(ground, source, points, [loudest])
         order = sorted(range(len(points)), key=lambda i: -_gain(first[i]))
         points = [points[i] for i in sorted(order[:_WORTH])]
-    return max(_scored_points(ground, effect, points), key=_gain, default=None)
+    return max(_scored_points(ground, source, points), key=_gain, default=None)
 
 
 def _gain(scored: Scored | None) -> float:
@@ -187,16 +197,16 @@ def _gain(scored: Scored | None) -> float:
 
 
 def _scored_points(
-    ground: Ground, effect: Effect, points: list[FloatArray],
+    ground: Ground, source: Named, points: Sequence[FloatArray],
     recordings: Sequence[Known] | None = None,
 ) -> list[Scored | None]:  # fmt: skip
-    width = len(_turns(effect))
+    width = len(_turns(source.effect))
     scored: list[Scored | None] = []
     for first in range(0, len(points), _BLOCK):
         block = points[first : first + _BLOCK]
-        terms = [Term(Named(effect), q) for q in block]
+        terms = [Term(source, q) for q in block]
         score, g, raw = _moments(ground, terms, recordings)
         for i, q in enumerate(block):
             part = slice(i * width, (i + 1) * width)
-            scored.append(_solve(effect, q, score[part], g[part, part], raw[part]))
+            scored.append(_solve(source, q, score[part], g[part, part], raw[part]))
     return scored

@@ -23,8 +23,10 @@ from drill_env.diagnosis.ground import ground_at
 from drill_env.diagnosis.joint import descend_jointly, polished
 from drill_env.diagnosis.rounds import NEEDED, Attempt, Found, Round, clearly, is_named, nameless
 from drill_env.diagnosis.scan import Scored, score_effects, score_shapes
-from drill_env.diagnosis.shapes import free_shapes
+from drill_env.diagnosis.shapes import come_round, free_shapes
 from drill_env.diagnosis.slips import slips
+from drill_env.diagnosis.terms import Shape
+from drill_env.diagnosis.waves import Wave, free_waves, score_waves
 from drill_env.effects import Effect
 from drill_env.identification.coordinates import Coordinates
 from drill_env.identification.noise import NoiseModel
@@ -34,7 +36,7 @@ from drill_env.parameters import Rig
 _RELEASE = 6.0
 # Effects and shapes that get a first look; a rig without what it lacks most scores badly.
 _WIDTHS, _LATER_WIDTHS = (12, 5), (7, 3)
-_TRIED, _TRIED_SHAPES = 6, 2
+_TRIED, _TRIED_SHAPES, _TRIED_WAVES = 6, 2, 2
 _BASE_ROUNDS = 25
 _FIRST_ROUNDS, _HOME_ROUNDS = 2, 5
 # Squared standard deviations a parameter above which a fitted rig counts as bent.
@@ -83,18 +85,14 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     named = [s for s in score_effects(ground, effects) if s.term.id not in present]
     shapes = score_shapes(ground, free_shapes(fit.motions, fit.rig.inertias))
     price = np.log(fit.count)
+    waves = score_waves(ground, _waves_of(fit, effects))
     lost = [pair for pair in (slips(ground, 0), slips(ground, 1)) if pair is not None]
     wide, wide_shapes = _LATER_WIDTHS if fit.terms else _WIDTHS
-    hopeful = [
-        s for s in (*named[:wide], *shapes[:wide_shapes]) if s.gain - s.numbers * price > -_SLACK
-    ]
+    likely = (*named[:wide], *shapes[:wide_shapes], *waves)
+    hopeful = [s for s in likely if s.gain - s.numbers * price > -_SLACK]
     hopeful += [Scored(term, gain) for term, gain in lost if gain - len(term.q) * price > 0.0]
-    looked = sorted((first_look(setting, fit, s) for s in hopeful), key=lambda pair: -pair[0])
-    starts = [start for _, start in looked]
-    names = [start for start in starts if is_named(start.terms[-1])][:_TRIED]
-    free = [start for start in starts if not is_named(start.terms[-1])][:_TRIED_SHAPES]
     done: list[Attempt] = []
-    for start in (*names, *free):
+    for start in _starts(setting, fit, hopeful):
         report(f"trying {start.terms[-1].id}")
         done.append(_attempt(setting, fit, start, _FIRST_ROUNDS))
     done = _heated(setting, fit, done)
@@ -104,10 +102,27 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
         done += _heated(setting, fit, [_attempt(setting, fit, s, _HOME_ROUNDS) for s in starts])
     done = _best_of_each(done)
     return Round(
-        fit, (*named, *shapes),
+        fit, (*named, *shapes, *waves),
         tuple(a for a in done if is_named(a.term)),
         tuple(a for a in done if not is_named(a.term)),
     )  # fmt: skip
+
+
+def _starts(setting: Setting, fit: Fit, hopeful: Sequence[Scored]) -> list[Fit]:
+    """Where the candidates of most promise start: names, functions of a coordinate and waves."""
+    looked = sorted((first_look(setting, fit, s) for s in hopeful), key=lambda pair: -pair[0])
+    starts = [start for _, start in looked]
+    names = [start for start in starts if is_named(start.terms[-1])]
+    free = [start for start in starts if not is_named(start.terms[-1])]
+    waves = [start for start in free if isinstance(start.terms[-1].source, Wave)]
+    shapes = [start for start in free if isinstance(start.terms[-1].source, Shape)]
+    return [*names[:_TRIED], *shapes[:_TRIED_SHAPES], *waves[:_TRIED_WAVES]]
+
+
+def _waves_of(fit: Fit, effects: Sequence[Effect]) -> list[Wave]:
+    inertias = fit.rig.inertias
+    known = {effect.id for effect in effects}
+    return free_waves(known, inertias, turning=come_round(fit.motions, inertias))
 
 
 def _from_home(setting: Setting, fit: Fit, effects: Sequence[Effect]) -> list[Fit]:
@@ -174,7 +189,8 @@ def find(
         if hopeless or nameless(found):
             # A free shape stands in only where no name, nor two names together, come near.
             rival = polished(setting, best.fit)
-            shaped = rival if shaped is None or rival.bic < shaped.bic else shaped
+            # One that came without the name that was chosen gives way to no small gain.
+            shaped = rival if shaped is None or rival.bic < shaped.bic - NEEDED else shaped
         if chosen is None or hopeless:
             break
         report(f"refining {chosen.term.id}")

@@ -59,6 +59,10 @@ def _located(result: DiagnosisResult) -> list[str]:
         f"The mismatch sits {_PLACES.get(where.component, where.component)} and depends on "
         f"{where.depends_on}."
     ]
+    if result.shape is not None and where.frequency_hz is not None:
+        lines.append(f"It repeats at {where.frequency_hz:.4g} Hz.")
+    if result.shape is not None and where.angle_order is not None:
+        lines.append(f"It repeats with {where.angle_order:.4g} cycles a turn.")
     torque, angle = where.excess_torque_rms_Nm, where.excess_angle_rms_rad
     if max(torque.values()) > 0.0:
         lines.append(

@@ -98,6 +98,18 @@ def _braking(
     return basis
 
 
+def _rubbing(
+    name: str, functions: Callable[[FloatArray], FloatArray]
+) -> Callable[[Rig, Motion], tuple[FloatArray | None, FloatArray | None]]:
+    def basis(rig: Rig, motion: Motion) -> tuple[FloatArray | None, FloatArray | None]:
+        values = -functions(_held(name, motion)) * np.sign(middle(motion.states[:, 1]))[:, None]
+        loads = np.zeros((len(values), 2, values.shape[1]))
+        loads[:, _UPPER] = values
+        return loads, None
+
+    return basis
+
+
 def _misread(
     name: str, disc: int, functions: Callable[[FloatArray], FloatArray]
 ) -> Callable[[Rig, Motion], tuple[FloatArray | None, FloatArray | None]]:
@@ -135,6 +147,11 @@ def _functions(
     return knots, lambda values: hats(values, knots)
 
 
+def come_round(motions: Sequence[Motion], inertias: int = 2) -> bool:
+    """Whether angles are told as those of a turn; a short way of one axis is but a way."""
+    return inertias == 2 or max(float(np.ptp(COORDINATES["theta_u"](m))) for m in motions) >= TURN
+
+
 def free_shapes(motions: Sequence[Motion], inertias: int = 2) -> tuple[Shape, ...]:
     """The shapes that recordings of these motions can tell.
 
@@ -143,8 +160,7 @@ def free_shapes(motions: Sequence[Motion], inertias: int = 2) -> tuple[Shape, ..
         inertias: of the rig; of one there is the upper disc alone.
     """
     made = []
-    way = max(float(np.ptp(COORDINATES["theta_u"](m))) for m in motions)
-    turning = inertias == 2 or way >= TURN
+    turning = come_round(motions, inertias)
     forms = {name: _functions(name, motions, turning) for name in COORDINATES}
     for name in ("time", "voltage", "theta_u", "omega_u", "twist"):
         knots, functions = forms[name]
@@ -164,6 +180,11 @@ def free_shapes(motions: Sequence[Motion], inertias: int = 2) -> tuple[Shape, ..
             Shape(f"lower_friction_of_{name}", "lower", name, "friction", tuple(knots),
                   _braking(name, functions))
         )  # fmt: skip
+    knots, functions = forms["twist"]
+    made.append(
+        Shape("upper_friction_of_twist", "upper", "twist", "friction", tuple(knots),
+              _rubbing("twist", functions))
+    )  # fmt: skip
     for name in ("twist", "omega_u - omega_l"):
         knots, functions = forms[name]
         made.append(

@@ -1,6 +1,6 @@
 """Compiled effect without a name: a piecewise linear function of one coordinate."""
 
-from math import floor, pi
+from math import floor
 
 from drill_env._jit import inlined, kernel
 from drill_env.effects._signal import against
@@ -17,23 +17,23 @@ COORDINATES = (
 )
 TIME, VOLTAGE, THETA_U, THETA_L, TWIST, OMEGA_U, OMEGA_L = range(7)
 
-ACTIONS = ("torque_u", "torque_l", "string", "friction_l", "angle_u", "angle_l")
-TORQUE_U, TORQUE_L, STRING, FRICTION_L, ANGLE_U, ANGLE_L = range(6)
+ACTIONS = ("torque_u", "torque_l", "string", "friction_u", "friction_l", "angle_u", "angle_l")
+TORQUE_U, TORQUE_L, STRING, FRICTION_U, FRICTION_L, ANGLE_U, ANGLE_L = range(7)
 
-COORDINATE, ACTION, COUNT = range(3)
+COORDINATE, ACTION, COUNT, PERIOD = range(4)
 
 
 @inlined
 def coordinate_of(which, s):
-    """Value of coordinate number `which`; angles within one turn."""
+    """Value of coordinate number `which`."""
     if which == TIME:
         return s.t
     if which == VOLTAGE:
         return s.u
     if which == THETA_U:
-        return s.theta_u - 2.0 * pi * floor(s.theta_u / (2.0 * pi))
+        return s.theta_u
     if which == THETA_L:
-        return s.theta_l - 2.0 * pi * floor(s.theta_l / (2.0 * pi))
+        return s.theta_l
     if which == TWIST:
         return s.twist
     if which == OMEGA_U:
@@ -41,6 +41,12 @@ def coordinate_of(which, s):
     if which == OMEGA_L:
         return s.omega_l
     return s.omega_u - s.omega_l
+
+
+@inlined
+def within(x, period):
+    """The coordinate within one period; as it is where the period is 0."""
+    return x - period * floor(x / period) if period > 0.0 else x
 
 
 @inlined
@@ -63,8 +69,9 @@ def interpolate(table, count, x):
 
 @kernel
 def tabulated(q, table, s, out):
-    """Add the table's torque or error; `q` holds its coordinate, its action and its length."""
-    value = interpolate(table, int(q[COUNT]), coordinate_of(int(q[COORDINATE]), s))
+    """Add the table's torque or error; `q` holds its coordinate, action, length and period."""
+    x = within(coordinate_of(int(q[COORDINATE]), s), q[PERIOD])
+    value = interpolate(table, int(q[COUNT]), x)
     action = int(q[ACTION])
     if action == TORQUE_U:
         out.torque_u += value
@@ -73,6 +80,8 @@ def tabulated(q, table, s, out):
     elif action == STRING:
         out.torque_u -= value
         out.torque_l += value
+    elif action == FRICTION_U:
+        out.torque_u += against(s.omega_u, s.net_u, value)
     elif action == FRICTION_L:
         out.torque_l += against(s.omega_l, s.net_l, value * s.friction_l)
     elif action == ANGLE_U:

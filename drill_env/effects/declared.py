@@ -42,14 +42,16 @@ FRICTION = frozenset(
 
 # They put a drive in the place of the upper disc's balance, and read it before others add to it.
 _DRIVES = ("gear_backlash", "gear_compliance")
-_TABLE_KEYS = {"id", "component", "depends_on", "sort", "knots", "values", "encoder"}
+_TABLE_KEYS = {"id", "component", "depends_on", "sort", "knots", "values", "encoder", "period"}
 _ACTION = {
     ("actuator", "torque"): "torque_u",
     ("upper", "torque"): "torque_u",
     ("lower", "torque"): "torque_l",
     ("string", "torque"): "string",
+    ("upper", "friction"): "friction_u",
     ("lower", "friction"): "friction_l",
 }
+_TURN = 2.0 * math.pi
 _ENCODER = {"theta_u": "upper", "theta_l": "lower"}
 
 
@@ -146,11 +148,12 @@ def _table_row(entry: Mapping[str, Any], rig: Rig) -> _Row:
             "knots and as many values"
         )
     table = np.array([knots, values])
-    if coordinate.startswith("theta"):
-        table = _closed(table)
+    period = _period(entry, coordinate)
+    if period > 0.0:
+        table = _closed(table, period)
     q = np.zeros(WIDTH)
-    q[:3] = COORDINATES.index(coordinate), ACTIONS.index(action), table.shape[1]
-    rank = 2 if action == "friction_l" else 1
+    q[:4] = COORDINATES.index(coordinate), ACTIONS.index(action), table.shape[1], period
+    rank = 2 if action.startswith("friction") else 1
     return rank, TABLE, action.startswith("angle"), q, table
 
 
@@ -166,7 +169,7 @@ def _action(entry: Mapping[str, Any]) -> str:
     if (component, sort) not in _ACTION:
         raise InputError(
             f"table: component {component!r} with sort {sort!r}; give sort torque with actuator, "
-            "upper, string or lower, friction with lower, or error with sensor"
+            "upper, string or lower, friction with upper or lower, or error with sensor"
         )
     return _ACTION[component, sort]
 
@@ -181,19 +184,31 @@ def _numbers(entry: Mapping[str, Any], key: str) -> FloatArray:
     return np.array(given, dtype=float)
 
 
-def _closed(table: FloatArray) -> FloatArray:
-    """A table of an angle with knots at 0 and at the whole turn."""
-    turn = 2.0 * math.pi
+def _period(entry: Mapping[str, Any], coordinate: str) -> float:
+    """Way along its coordinate after which a table begins again; 0 for never."""
+    given = entry.get("period", _TURN if coordinate.startswith("theta") else None)
+    if given is None:
+        return 0.0
+    if isinstance(given, bool) or not isinstance(given, (int, float)) or not 0 < given < math.inf:
+        raise InputError(f"table: period is {given!r}; give a number greater than 0")
+    return float(given)
+
+
+def _closed(table: FloatArray, period: float) -> FloatArray:
+    """A table that comes back, with knots at 0 and at the whole period."""
     knots, values = table
-    if knots[0] < 0.0 or knots[-1] > turn + 1e-9:
-        raise InputError("table: knots of an angle lie outside 0 to 2 pi; shift them by turns")
-    if knots[-1] - knots[0] >= turn - 1e-9:
+    if knots[0] < 0.0 or knots[-1] > period + 1e-9:
+        raise InputError(
+            f"table: knots lie outside 0 to {'2 pi' if period == _TURN else f'{period:g}'}, the "
+            "period; shift them by periods"
+        )
+    if knots[-1] - knots[0] >= period - 1e-9:
         return table
-    ends = np.interp([0.0], knots, values, period=turn)
-    inner = (knots > 0.0) & (knots < turn)
+    ends = np.interp([0.0], knots, values, period=period)
+    inner = (knots > 0.0) & (knots < period)
     return np.vstack(
         [
-            np.concatenate([[0.0], knots[inner], [turn]]),
+            np.concatenate([[0.0], knots[inner], [period]]),
             np.concatenate([ends, values[inner], ends]),
         ]
     )

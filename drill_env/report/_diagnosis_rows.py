@@ -98,9 +98,11 @@ def ranking_rows(found: Round, kept: tuple[Term, ...]) -> list[dict[str, Any]]:
 
 
 def _meaning(term: Term) -> str:
-    if isinstance(term.source, Shape) and term.id not in LIBRARY:
+    if term.id in LIBRARY:
+        return LIBRARY[term.id].meaning
+    if isinstance(term.source, Shape):
         return f"a free {term.source.sort} over {term.source.depends_on}"
-    return LIBRARY[term.id].meaning
+    return term.source.effect.meaning
 
 
 def error_rows(result: DiagnosisResult) -> list[dict[str, str]]:

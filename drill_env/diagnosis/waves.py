@@ -1,0 +1,214 @@
+"""Waves without a name: a cosine of one frequency of time, or of one order of an angle."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drill_env._types import FloatArray
+from drill_env.diagnosis.ground import Ground
+from drill_env.diagnosis.scan import Scored, best_point, information_of
+from drill_env.diagnosis.shapes import COORDINATES, TURN, middle
+from drill_env.diagnosis.terms import Named, Term
+from drill_env.effects import Effect, EffectParameter
+from drill_env.effects.along import Motion
+from drill_env.parameters import Rig
+
+_UPPER, _LOWER = 0, 1
+# Fewer cycles over what a recording covers are a drift, which other shapes tell.
+_CYCLES = 3.0
+_LOWEST_ORDER, _HIGHEST_ORDER = 0.5, 60.0
+_HIGHEST_HZ = 40.0
+# Bins of a turn and of a second for the search of peaks.
+_BINS = 512
+_PEAKS = 3
+# Frequencies or orders at which the information of a wave is computed and not interpolated.
+_PROBES = 8
+# Peaks' widths over which the mean is what noise gives, where that is more than the information.
+_AROUND = 40
+_FINER = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Wave(Named):
+    """A wave as a source of terms: the effect has a formula and stands in no library."""
+
+    def response(self, q: FloatArray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
+        """The wave's torques; it misreads nothing."""
+        along = middle(COORDINATES[self.effect.depends_on](motion))
+        torque = np.zeros((len(along), 2))
+        cycles = self.rate * q[2] * along
+        torque[:, self.disc] = q[0] * np.cos(cycles + q[1])
+        return torque, np.zeros_like(torque)
+
+    @property
+    def disc(self) -> int:
+        """0 for the upper disc, 1 for the lower one."""
+        return _LOWER if self.effect.equation == "lower" else _UPPER
+
+    @property
+    def rate(self) -> float:
+        """Radians of phase for one unit of the coordinate at frequency or order 1."""
+        return TURN if self.effect.depends_on == "time" else 1.0
+
+
+def period_of(term: Term) -> float:
+    """Way along its coordinate after which a wave comes back: s or rad."""
+    assert isinstance(term.source, Wave)
+    return TURN / (term.source.rate * float(term.q[2]))
+
+
+def one_period(term: Term, count: int) -> tuple[FloatArray, FloatArray]:
+    """Evenly spaced values of a wave's coordinate over one period, and the wave there."""
+    turn = TURN * np.arange(count) / count
+    return turn * period_of(term) / TURN, term.q[0] * np.cos(turn + term.q[1])
+
+
+def formula_of(term: Term) -> str:
+    """The wave as a formula with its numbers."""
+    assert isinstance(term.source, Wave)
+    size, turn, cycles = term.q.tolist()
+    name = term.source.effect.depends_on
+    inner = f"2 pi {cycles:.4g} t" if name == "time" else f"{cycles:.4g} {name}"
+    return f"{size:.3g} cos({inner} {'-' if turn < 0 else '+'} {abs(turn):.3g})"
+
+
+def _refused(*given: Any) -> None:
+    raise NotImplementedError("a wave without a name runs as a table of its period")
+
+
+def _wave(disc: str, name: str) -> Wave:
+    if name == "time":
+        number = EffectParameter("frequency", "Hz", "shape", (), 1e-3, 200.0)
+        formula, words = "torque cos(2 pi frequency t + phase)", "at a fixed frequency"
+    else:
+        number = EffectParameter("order", "1", "shape", (), 0.1, 500.0)
+        formula, words = f"torque cos(order {name} + phase)", "with the angle of the disc"
+    usual = 0.02 if disc == "upper" else 3e-4
+    return Wave(
+        Effect(
+            id=f"{disc}_wave_of_{name}",
+            component="upper" if disc == "upper" else "lower",
+            equation="upper" if disc == "upper" else "lower",
+            depends_on=name,
+            parameters=(
+                EffectParameter("torque", "Nm", "amplitude", (usual,), 0.0, 5.0),
+                EffectParameter("phase", "rad", "phase", (0.0,), -7.0, 7.0),
+                number,
+            ),
+            formula=formula,
+            meaning=f"A torque on the {disc} disc that comes and goes {words}.",
+            kernel=_refused,
+        )
+    )
+
+
+_KNOWN_AS = {
+    "upper_wave_of_time": "upper_disturbance",
+    "upper_wave_of_theta_u": "torque_ripple",
+    "lower_wave_of_time": "lower_disturbance",
+}
+
+
+def free_waves(known: Container[str], inertias: int = 2, *, turning: bool = True) -> list[Wave]:
+    """The waves for which the library has no name.
+
+    Args:
+        known: ids of the library; an effect of the same formula is its name.
+        inertias: of the rig; of one there is the upper disc alone.
+        turning: whether angles come round.
+    """
+    made = [("upper", "time"), ("upper", "theta_u"), ("lower", "time"), ("lower", "theta_l")]
+    waves = [
+        _wave(disc, name)
+        for disc, name in made
+        if (inertias == 2 or disc == "upper") and (turning or name == "time")
+    ]
+    return [wave for wave in waves if _KNOWN_AS.get(wave.id, "") not in known]
+
+
+def score_waves(ground: Ground, waves: Iterable[Wave]) -> list[Scored]:
+    """The best numbers of each wave, best first."""
+    scored = []
+    for wave in waves:
+        peaks, apart = _peaks(ground, wave)
+        best = best_point(ground, wave, _points(wave, peaks, apart, (-0.25, 0.0, 0.25)))
+        for level in range(_FINER):
+            if best is None:
+                break
+            shares = 0.125 * 0.4**level * np.array([-1.0, -0.5, 0.5, 1.0])
+            points = _points(wave, [float(best.term.q[2])], apart, shares.tolist())
+            finer = best_point(ground, wave, points)
+            if finer is not None and finer.gain > best.gain:
+                best = finer
+        if best is not None:
+            scored.append(Scored(best.term, best.gain / ground.dispersion))
+    return sorted(scored, key=lambda s: -s.gain)
+
+
+def _points(
+    wave: Wave, cycles: Sequence[float], apart: float, shares: Sequence[float]
+) -> list[FloatArray]:
+    usual = wave.effect.parameters[0].grid[0]
+    return [np.array([usual, 0.0, c + share * apart]) for c in cycles for share in shares]
+
+
+def _peaks(ground: Ground, wave: Wave) -> tuple[list[float], float]:
+    """Frequencies or orders of most promise, and the width of a peak.
+
+    The slope of the likelihood by a wave's two amplitudes is the Fourier transform of that by a
+    torque: one transform tells all of them. Recordings share the phase.
+    """
+    along = [middle(COORDINATES[wave.effect.depends_on](k.motion)) for k in ground.known]
+    first = min(float(values.min()) for values in along)
+    span = max(float(values.max()) for values in along) - first
+    longest = max(float(np.ptp(values)) for values in along)
+    if not longest > 0.0:
+        return [], 1.0
+    bins = _BINS * wave.rate / TURN
+    size = int(2 ** np.ceil(np.log2(4.0 * (span * bins + 2.0))))
+    pull = np.concatenate([p[:, wave.disc] for p in ground.pull])
+    place = np.floor((np.concatenate(along) - first) * bins).astype(np.int64)
+    power = np.abs(np.fft.rfft(np.bincount(place, weights=pull, minlength=size))) ** 2
+    cycles = np.arange(len(power), dtype=np.float64) * (bins * TURN / (wave.rate * size))
+    apart = TURN / (wave.rate * longest)
+    low, high = _range(ground, wave, apart)
+    kept = (cycles >= low) & (cycles <= high)
+    if kept.sum() < 2:
+        return [], apart
+    cycles, power = cycles[kept], power[kept]
+    wide = min(int(_AROUND * apart / (cycles[1] - cycles[0])), len(power))
+    usual = np.convolve(power, np.ones(wide) / wide, mode="same")
+    gains = power / np.maximum(usual, _information(ground, wave, cycles))
+    return _highest(cycles, gains, apart), apart
+
+
+def _range(ground: Ground, wave: Wave, apart: float) -> tuple[float, float]:
+    if wave.effect.depends_on != "time":
+        return max(_LOWEST_ORDER, _CYCLES * apart), _HIGHEST_ORDER
+    interval = max(k.samples.recording.interval for k in ground.known)
+    return _CYCLES * apart, min(_HIGHEST_HZ, 0.45 / interval)
+
+
+def _information(ground: Ground, wave: Wave, cycles: FloatArray) -> FloatArray:
+    """Information about a wave's amplitudes, at few frequencies and between them."""
+    probes = np.geomspace(cycles[0], cycles[-1], _PROBES)
+    usual = wave.effect.parameters[0].grid[0]
+    terms = [Term(wave, np.array([usual, 0.0, probe])) for probe in probes.tolist()]
+    both = information_of(ground, terms) / usual**2
+    told = np.maximum(both.reshape(_PROBES, 2).mean(axis=1), 1e-300)
+    between = np.interp(np.log(cycles), np.log(probes), np.log(told))
+    return np.exp(between, dtype=np.float64)
+
+
+def _highest(cycles: FloatArray, gains: FloatArray, apart: float) -> list[float]:
+    found: list[float] = []
+    for place in np.argsort(-gains).tolist():
+        if all(abs(cycles[place] - other) > 2.0 * apart for other in found):
+            found.append(float(cycles[place]))
+        if len(found) == _PEAKS:
+            break
+    return found

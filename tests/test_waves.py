@@ -1,0 +1,132 @@
+"""Waves and friction that no name of the library stands for, in recordings of another plant."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from benchmarks.concealed.recordings import Hidden, Truth, make_recording
+from benchmarks.rig_maker import quasi_random
+from drill_env import Rig
+from drill_env.diagnosis.declare import declaration
+from drill_env.diagnosis.diagnose import diagnose
+from drill_env.diagnosis.options import DiagnosisOptions
+from drill_env.diagnosis.shapes import free_shapes
+from drill_env.diagnosis.terms import Term
+from drill_env.diagnosis.waves import free_waves
+from drill_env.effects import LIBRARY
+from drill_env.effects.along import Motion, response_along
+from drill_env.integrator.extended import run_extended
+from drill_env.parameters import SYMBOLS
+from drill_env.recordings import Recording
+from drill_env.report.diagnosis_page import diagnosis_page
+
+SECONDS, RATE = 30.0, 200.0
+RIG = Rig().replace(km=3.66, bu=2.03, ktheta=0.0765, Tsl=0.0096, beta1=6.5)
+KEPT = {"friction_warmup", "quadratic_drag", "string_damping"}
+
+
+def without_a_name(hidden, seed):
+    """The diagnosis of two recordings, a third one held out, by a library of few names."""
+    truth = Truth({name: getattr(RIG, name) for name in SYMBOLS}, (hidden,))
+    made = []
+    for i in range(3):
+        u = quasi_random(np.random.default_rng([seed, i]), SECONDS, RATE, 5.0)
+        m = make_recording(truth, u, (seed, i))
+        quanta = dict.fromkeys(("theta_u", "theta_l"), 2.0 * math.pi / 8192)
+        made.append(Recording(m.t, m.u, m.angles[:, 0], m.angles[:, 1], quanta=quanta))
+    options = DiagnosisOptions(leave_out=tuple(sorted(set(LIBRARY) - KEPT)), most=1)
+    return diagnose(made[:2], Rig(), [made[2]], options=options)
+
+
+@pytest.mark.parametrize(
+    ("hidden", "place", "cycles"),
+    [
+        (Hidden("torque_ripple", {"amplitude": 0.06, "order": 7.43, "phase": 0.3}),
+         ("upper", "theta_u"), "angle_order"),
+        (Hidden("upper_disturbance", {"amplitude": 0.05, "frequency": 1.31, "phase": 2.0}),
+         ("upper", "time"), "frequency_hz"),
+        (Hidden("lower_disturbance", {"amplitude": 0.001, "frequency": 0.47, "phase": 4.0}),
+         ("lower", "time"), "frequency_hz"),
+    ],
+)  # fmt: skip
+def test_a_wave_without_a_name_is_told_by_its_frequency(hidden, place, cycles):
+    found = without_a_name(hidden, 7)
+    result = found.result
+    assert result.verdict == "unexplained" and result.located is not None
+    assert (result.located.component, result.located.depends_on) == place
+    true = hidden.parameters["order" if cycles == "angle_order" else "frequency"]
+    assert getattr(result.located, cycles) == pytest.approx(true, abs=0.005)
+    assert result.shape is not None and f"{true:.2f}" in result.shape.formula
+    assert any("It repeats" in line and f"{true:.2f}" in line for line in result.sentences)
+    size = max(result.shape.values)
+    assert size == pytest.approx(hidden.parameters["amplitude"], rel=0.1)
+    assert [entry["id"] for entry in found.rig.effects] == ["table"]
+    page = diagnosis_page(found)
+    assert f"a torque that depends on {place[1]}" in page and f"{true:.2f}" in page
+    for errors in result.fit["five_second_prediction"].values():
+        assert errors["after_rms"] < 2.0 * errors["floor_rms"]
+
+
+def test_friction_of_the_upper_disc_over_twist_is_told_without_a_name():
+    found = without_a_name(Hidden("load_dependent_friction", {"coefficient": 0.4}), 8)
+    result = found.result
+    assert result.verdict == "unexplained" and result.located is not None
+    assert (result.located.component, result.located.depends_on) == ("upper", "twist")
+    assert result.shape is not None and "|twist|" in result.shape.formula
+    x, y = np.array(result.shape.knots), np.array(result.shape.values)
+    slope = np.polyfit(np.abs(x), y, 1)[0]
+    assert slope == pytest.approx(0.4 * RIG.ktheta, rel=0.15)
+
+
+def test_the_library_comes_before_waves_of_its_formulas():
+    assert [w.id for w in free_waves(LIBRARY)] == ["lower_wave_of_theta_l"]
+    fewer = set(LIBRARY) - {"torque_ripple", "lower_disturbance"}
+    assert {"upper_wave_of_theta_u", "lower_wave_of_time"} < {w.id for w in free_waves(fewer)}
+    assert [w.id for w in free_waves((), 1, turning=False)] == ["upper_wave_of_time"]
+
+
+NAMES = {
+    "upper_wave_of_time": "upper_disturbance",
+    "lower_wave_of_time": "lower_disturbance",
+    "upper_wave_of_theta_u": "torque_ripple",
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_wave_acts_and_runs_as_the_effect_of_its_formula(name):
+    wave = next(w for w in free_waves(()) if w.id == name)
+    q = np.array([0.05, 1.0, 3.7])
+    t = np.arange(2001) * 0.005
+    u = 4.0 + np.sin(t)
+    entry = dict(zip([p.name for p in wave.effect.parameters], q.tolist(), strict=True))
+    named = Rig().replace(effects=({"id": NAMES[name], **entry},))
+    free = Rig().replace(effects=(declaration(Term(wave, q)),))
+    plain, truth, ours = (run_extended(r, t, u, np.zeros(4))[1] for r in (Rig(), named, free))
+    moved = np.abs(truth - plain).max()
+    assert np.abs(ours - truth).max() < 5e-3 * moved
+    states = np.hstack([np.cumsum(np.ones((len(t), 4)), axis=0) * 0.01, np.zeros((len(t), 2))])
+    motion = Motion(t, u, states, np.array([0]))
+    # The last row is held for no time.
+    told = wave.response(q, Rig(), motion)[0][:-1]
+    np.testing.assert_allclose(
+        told, response_along(LIBRARY[NAMES[name]], q, Rig(), motion)[0][:-1], atol=1e-12
+    )
+
+
+def test_friction_over_twist_runs_as_the_effect_of_its_formula():
+    t = np.arange(2001) * 0.005
+    u = 4.0 * np.sin(2.0 * t)
+    states = np.column_stack([np.linspace(-8.0, 8.0, len(t)), np.zeros((len(t), 5))])
+    shapes = free_shapes([Motion(t, u, states, np.array([0]))])
+    shape = next(s for s in shapes if s.id == "upper_friction_of_twist")
+    rig = Rig()
+    table = declaration(Term(shape, 0.3 * rig.ktheta * np.abs(np.array(shape.knots))))
+    load = {"id": "load_dependent_friction", "coefficient": 0.3}
+    plain, truth, ours = (
+        run_extended(r, t, u, np.zeros(4))[1]
+        for r in (rig, rig.replace(effects=(load,)), rig.replace(effects=(table,)))
+    )
+    assert np.abs(ours - truth).max() < 0.02 * np.abs(truth - plain).max()
