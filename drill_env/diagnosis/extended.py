@@ -40,12 +40,14 @@ class Setting:
         doubt: relative standard deviation of the parameters around the start. Where the rig fits
             it is far too wide to matter; where physics is missing it keeps the rig sensible.
         robust: standard deviations beyond which an innovation loses weight.
+        jitter: of the samples' times, s, where the readings are weighted by it.
     """
 
     samples: tuple[Samples, ...]
     coordinates: Coordinates
     doubt: float = 0.05
     robust: float = 5.0
+    jitter: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drill_env.diagnosis.clock import stale_rows
 from drill_env.diagnosis.extended import Fit, Setting
 from drill_env.diagnosis.terms import with_terms
 from drill_env.identification.prediction_error import path_of
@@ -17,8 +18,8 @@ _CERTAIN = 8.0
 _SLOWEST = 0.5
 # Clocks jitter a little: what does not stand out of the rounding is no finding.
 _NOTABLE = 0.7
-_STALE_SPEED = 5.0
-_FEWEST = 5
+FEWEST = 5
+"""Stale rows that make a fault."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,11 +47,11 @@ def find_faults(setting: Setting, fit: Fit) -> list[Fault]:
         fit: of the rig with what is known to be missing.
     """
     recordings = [s.recording for s in setting.samples]
-    found = [_jitter(setting, fit), _stale(recordings), _bits(recordings)]
+    found = [clock_jitter(setting, fit), _stale(recordings), _bits(recordings)]
     return [fault for fault in found if fault is not None]
 
 
-def _jitter(setting: Setting, fit: Fit) -> Fault | None:
+def clock_jitter(setting: Setting, fit: Fit) -> Fault | None:
     """Both encoders misread by their speeds times one and the same error of time."""
     total, weight, spread, fastest = 0.0, 0.0, 0.0, 0.0
     for samples, starts, motion in zip(setting.samples, fit.starts, fit.motions, strict=True):
@@ -87,31 +88,16 @@ def _jitter(setting: Setting, fit: Fit) -> Fault | None:
 
 def _stale(recordings: Sequence[Recording]) -> Fault | None:
     """Rows that repeat the one before while the rig turned."""
-    stale, moving = 0, 0
-    for recording in recordings:
-        angles = recording.angles()
-        if len(angles) < 2:
-            continue
-        step = np.array([recording.quanta.get(name, 0.0) for name in angles])
-        if not (step > 0).all():
-            continue
-        values = np.column_stack(list(angles.values()))
-        moved = np.abs(np.diff(values, axis=0)) / step
-        # The rows on both sides show that each disc passes several counts a row.
-        around = np.minimum(
-            np.abs(values[2:-1] - values[:-3]), np.abs(values[3:] - values[1:-2])
-        ) / (2.0 * step)
-        turning = (around > _STALE_SPEED).any(axis=1)
-        same = (moved[1:-1] == 0.0).all(axis=1)
-        stale += int((same & turning).sum())
-        moving += int(turning.sum())
-    if stale < _FEWEST:
+    told = [stale_rows(recording) for recording in recordings]
+    stale = sum(int(rows.sum()) for rows, _ in told)
+    moving = sum(turning for _, turning in told)
+    if stale < FEWEST:
         return None
     share = stale / moving
     error = 1.96 * math.sqrt(stale) / moving
     return Fault(
         "missing_samples", {"share": (share, max(share - error, 0.0), share + error, "1")},
-        math.sqrt(stale) * _CERTAIN / math.sqrt(_FEWEST),
+        math.sqrt(stale) * _CERTAIN / math.sqrt(FEWEST),
         f"{stale} rows repeat the row before although the discs turn: samples are missing.",
     )  # fmt: skip
 

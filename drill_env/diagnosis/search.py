@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.contest import contest
 from drill_env.diagnosis.extended import (
     Fit,
@@ -18,6 +19,7 @@ from drill_env.diagnosis.extended import (
     unstrained,
     with_new_motions,
 )
+from drill_env.diagnosis.faults import FEWEST, clock_jitter
 from drill_env.diagnosis.first_look import first_look
 from drill_env.diagnosis.ground import ground_at
 from drill_env.diagnosis.joint import descend_jointly, polished
@@ -176,7 +178,14 @@ def find(
         report: told what is being done.
     """
     report("fitting the rig alone")
+    samples = cleaned(samples, FEWEST)
     setting, base = base_fit(samples, rig, free, doubt)
+    clock = clock_jitter(setting, base)
+    if clock is not None:
+        report("fitting the rig alone, the times uncertain")
+        size = clock.parameters["jitter"][0]
+        setting, base = base_fit(cleaned(samples, FEWEST, size), rig, free, doubt)
+        setting = replace(setting, jitter=size)
     here, shaped, rounds = base, None, []
     for _ in range(most):
         found = search(setting, here, effects, report)

@@ -1,0 +1,77 @@
+"""What is known of a recording's own faults, told to the filter before physics is looked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from drill_env._types import BoolArray, FloatArray
+from drill_env.identification.prediction_error import Samples
+from drill_env.recordings import Channel, Recording
+
+_NAMES: tuple[Channel, Channel] = ("theta_u", "theta_l")
+_STALE_SPEED = 5.0
+# Rows over which the speed is told, more than go missing in a row.
+_STALE_REACH = 12
+_SPEED_REACH = 4
+
+
+def stale_rows(recording: Recording) -> tuple[BoolArray, int]:
+    """Rows that repeat the one before while the rig turned, shape (n,), and how many turned."""
+    none = np.zeros(len(recording), dtype=np.bool_)
+    angles = recording.angles()
+    step = np.array([recording.quanta.get(name, 0.0) for name in angles])
+    if len(angles) < 2 or not (step > 0).all() or len(recording) <= 2 * _STALE_REACH:
+        return none, 0
+    values = np.column_stack(list(angles.values()))
+    # The ways before and after show that a disc passes several counts a row.
+    rows = np.arange(_STALE_REACH, len(values) - _STALE_REACH)
+    ways = [np.abs(values[rows + k] - values[rows]) for k in (-_STALE_REACH, _STALE_REACH)]
+    turning = (np.minimum(*ways) / (_STALE_REACH * step) > _STALE_SPEED).any(axis=1)
+    same = (values[rows] == values[rows - 1]).all(axis=1)
+    none[rows] = same & turning
+    return none, int(turning.sum())
+
+
+def without_stale(samples: Samples, fewest: int) -> Samples:
+    """The recording without its stale rows, where there are not too few of them for a fault."""
+    stale, _ = stale_rows(samples.recording)
+    if stale.sum() < fewest:
+        return samples
+    angles = samples.angles.copy()
+    angles[stale] = np.nan
+    return replace(samples, angles=angles)
+
+
+def with_uncertain_times(samples: Samples, jitter: float) -> Samples:
+    """The recording when each row was taken at a time uncertain by so many s.
+
+    A reading then counts for less the faster its disc turned: by the variance that the jitter
+    adds to its rounding.
+    """
+    if jitter <= 0.0:
+        return samples
+    repeats = samples.repeats.copy()
+    for place, name in enumerate(_NAMES):
+        step = samples.recording.quanta.get(name, 0.0)
+        if step > 0.0:
+            speed = _speed(samples.angles[:, place], samples.t)
+            repeats[:, place] *= 1.0 + (jitter * speed) ** 2 / (step**2 / 12.0)
+    return replace(samples, repeats=repeats)
+
+
+def _speed(angle: FloatArray, t: FloatArray) -> FloatArray:
+    """Size of the velocity around each row, rad/s, shape (n,)."""
+    known = np.isfinite(angle)
+    whole = np.interp(t, t[known], angle[known])
+    rows = np.arange(len(t))
+    before = np.maximum(rows - _SPEED_REACH, 0)
+    after = np.minimum(rows + _SPEED_REACH, len(t) - 1)
+    return np.abs(whole[after] - whole[before]) / (t[after] - t[before])
+
+
+def cleaned(samples: Sequence[Samples], fewest: int, jitter: float = 0.0) -> list[Samples]:
+    """Recordings without stale rows, their times uncertain by `jitter` s."""
+    return [with_uncertain_times(without_stale(s, fewest), jitter) for s in samples]
