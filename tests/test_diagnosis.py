@@ -108,8 +108,8 @@ def test_bad_arguments_are_named(unbalanced, arguments, named):
         # Both bend the rig's own parameters far before they are named.
         ("encoder_delay_lower", {"delay": 0.03}, "delay", 0.03, 2e-3),
         ("actuator_lag", {"tau": 0.05}, "time_constant", 0.05, 1e-3),
-        # At 25 Hz: only the voltage's steps show it.
-        ("gear_compliance", {"compliance": 5e-4, "motor_share": 0.4}, "stiffness", 2000.0, 1500.0),
+        # At 20 Hz: only the voltage's steps show it.
+        ("gear_compliance", {"compliance": 8e-4, "motor_share": 0.4}, "stiffness", 1250.0, 900.0),
     ],
 )
 def test_what_has_no_amplitude_is_named_too(name, told, parameter, truth, within):
