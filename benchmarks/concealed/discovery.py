@@ -30,7 +30,7 @@ from drill_env.cli._common import plain
 from drill_env.cli.diagnose_command import Law, _start
 from drill_env.continuation import bifurcation_diagram, hopf_points
 from drill_env.diagnosis.diagnose import Diagnosis, diagnose
-from drill_env.diagnosis.extended import prior_weight
+from drill_env.diagnosis.fit import prior_weight
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.friction import lower_curve_slope
 from drill_env.identification.coordinates import Coordinates, inverse

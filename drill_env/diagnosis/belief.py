@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from drill_env.diagnosis.extended import Fit, Setting
+from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.result import Change, Number
 from drill_env.diagnosis.rounds import NEEDED, Found, Round, clearly
 from drill_env.diagnosis.terms import Shape, Term

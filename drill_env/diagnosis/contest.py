@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from drill_env.diagnosis.extended import Fit, Setting, added, evaluate, without
+from drill_env.diagnosis.extended import evaluate
+from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.joint import LAST_ROUNDS, descend_jointly, polished
+from drill_env.diagnosis.moves import added, without
 from drill_env.diagnosis.rounds import NEEDED, Found, Round
 from drill_env.diagnosis.slips import Slips
 

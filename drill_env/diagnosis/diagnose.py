@@ -17,8 +17,8 @@ from drill_env.diagnosis.belief import (
 )
 from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.declare import extended_rig
-from drill_env.diagnosis.extended import Fit
 from drill_env.diagnosis.faults import FEWEST, Fault, find_faults
+from drill_env.diagnosis.fit import Fit
 from drill_env.diagnosis.held_out import Judged, judged_channels, noise_floor, rms
 from drill_env.diagnosis.judging import judged
 from drill_env.diagnosis.law import LawFit, law_fit

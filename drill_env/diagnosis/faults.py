@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drill_env.diagnosis.clock import stale_rows
-from drill_env.diagnosis.extended import Fit, Setting
+from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.terms import with_terms
 from drill_env.identification.prediction_error import path_of
 from drill_env.recordings import Recording

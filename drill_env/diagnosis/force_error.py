@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from drill_env.diagnosis.declare import extended_rig
-from drill_env.diagnosis.extended import Fit
+from drill_env.diagnosis.fit import Fit
 from drill_env.effects.along import Motion
 from drill_env.identification.inverse_dynamics import (
     InverseOptions,

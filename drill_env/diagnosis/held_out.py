@@ -12,7 +12,8 @@ from scipy.signal import lfilter
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
 from drill_env.diagnosis.declare import extended_rig
-from drill_env.diagnosis.extended import Fit, Setting, lost_value, motion_of
+from drill_env.diagnosis.extended import lost_value, motion_of
+from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.terms import with_terms
 from drill_env.effects.along import Motion
 from drill_env.effects.remembered import memories_along

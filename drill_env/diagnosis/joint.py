@@ -9,7 +9,9 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.diagnosis.extended import Fit, Setting, evaluate, value_at, with_new_motions
+from drill_env.diagnosis.extended import evaluate, value_at
+from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.moves import with_new_motions
 from drill_env.diagnosis.terms import Shape, Term, with_terms
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_fit import noise_step

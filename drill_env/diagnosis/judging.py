@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from drill_env.diagnosis.contest import trimmed
-from drill_env.diagnosis.extended import Fit, Setting
+from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import Judged, judge, rms
 from drill_env.diagnosis.rounds import NEEDED, Found, clearly
 from drill_env.diagnosis.slips import Slips

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from drill_env.diagnosis.extended import Fit, Setting
+from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.rounds import NEEDED, Found
 from drill_env.diagnosis.search import find
 from drill_env.effects import Effect

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.diagnosis.extended import Fit, Setting
+from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.result import FoundShape, Located
 from drill_env.diagnosis.shapes import COORDINATES, TURN, comes_round
 from drill_env.diagnosis.slips import Slips

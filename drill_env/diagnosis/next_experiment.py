@@ -11,7 +11,8 @@ from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.diagnosis.belief import probabilities
 from drill_env.diagnosis.declare import extended_rig
-from drill_env.diagnosis.extended import Fit, evaluate, motion_of
+from drill_env.diagnosis.extended import evaluate, motion_of
+from drill_env.diagnosis.fit import Fit
 from drill_env.diagnosis.result import NextExperiment
 from drill_env.diagnosis.rounds import Attempt, Found
 from drill_env.identification.prediction_error import path_of, prepare

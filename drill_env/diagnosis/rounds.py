@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from drill_env.diagnosis.extended import Fit, Setting
+from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.scan import Scored
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Named, Term

@@ -10,19 +10,13 @@ import numpy as np
 
 from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.contest import contest
-from drill_env.diagnosis.extended import (
-    Fit,
-    Setting,
-    evaluate,
-    motion_of,
-    strain,
-    unstrained,
-    with_new_motions,
-)
+from drill_env.diagnosis.extended import evaluate, motion_of
 from drill_env.diagnosis.faults import FEWEST, clock_jitter
 from drill_env.diagnosis.first_look import first_look
+from drill_env.diagnosis.fit import Fit, Setting, strain
 from drill_env.diagnosis.ground import ground_at
 from drill_env.diagnosis.joint import descend_jointly, polished
+from drill_env.diagnosis.moves import unstrained, with_new_motions
 from drill_env.diagnosis.rounds import NEEDED, Attempt, Found, Round, clearly, is_named, nameless
 from drill_env.diagnosis.scan import Scored, score_effects, score_shapes
 from drill_env.diagnosis.shapes import come_round, free_shapes
