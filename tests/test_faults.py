@@ -59,9 +59,15 @@ def test_a_coarser_encoder_has_lost_bits(made):
 def test_rows_that_repeat_the_row_before(made):
     theta_u, theta_l = made.theta_u.copy(), made.theta_l.copy()
     fast = np.flatnonzero(np.abs(np.gradient(theta_l, made.t)) > 6.0)[::150]
-    theta_u[fast], theta_l[fast] = theta_u[fast - 1], theta_l[fast - 1]
+    for later in range(4):
+        rows = fast + later
+        theta_u[rows], theta_l[rows] = theta_u[fast - 1], theta_l[fast - 1]
     result = diagnosed(made, theta_u, theta_l)
-    assert "missing_samples" in [effect.id for effect in result.effects]
+    # Left out, they are not taken for physics.
+    assert [effect.id for effect in result.effects] == ["missing_samples"]
+    moving = np.abs(np.gradient(made.theta_l, made.t)) > 1.0
+    share = result.effects[0].parameters["share"].value
+    assert share == pytest.approx(4 * len(fast) / moving.sum(), rel=0.2)
 
 
 def test_uncertain_times(made):
@@ -72,5 +78,6 @@ def test_uncertain_times(made):
         for theta in (made.theta_u, made.theta_l)
     )
     result = diagnosed(made, theta_u, theta_l)
-    jitter = next(e for e in result.effects if e.id == "clock_jitter").parameters["jitter"]
-    assert jitter.value == pytest.approx(3e-4, rel=0.2)
+    assert [effect.id for effect in result.effects] == ["clock_jitter"]
+    jitter = result.effects[0].parameters["jitter"]
+    assert jitter.value == pytest.approx(3e-4, rel=0.1)
