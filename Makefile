@@ -50,7 +50,7 @@ bench: $(READY_BENCH) warm
 	$(BIN)/python -m benchmarks
 
 # Seeds from a million on are the proof's: once a release, never while developing.
-PROOF_SEED ?= 1000000
+PROOF_SEED ?= 1000003
 PROOF_CASES ?= --kinds single:200 --kinds null:100 --kinds pair:60 --kinds out:60 --kinds shape:20
 
 proof: $(READY_DEV) warm
@@ -58,8 +58,10 @@ proof: $(READY_DEV) warm
 	  --out $(OUT)/proof/cases --answers $(OUT)/proof/answers
 	$(BIN)/python -m benchmarks.concealed.run --cases $(OUT)/proof/cases \
 	  --out $(OUT)/proof/reports --jobs $(JOBS)
+	$(BIN)/python -m benchmarks.concealed.oracle --cases $(OUT)/proof/cases \
+	  --answers $(OUT)/proof/answers --out $(OUT)/proof/oracles --jobs $(JOBS)
 	$(BIN)/python -m benchmarks.concealed.score --reports $(OUT)/proof/reports \
-	  --answers $(OUT)/proof/answers --out $(OUT)/proof/score
+	  --answers $(OUT)/proof/answers --oracles $(OUT)/proof/oracles --out $(OUT)/proof/score
 	$(BIN)/python -m benchmarks.identification_study --trials 100 --out $(OUT)/proof/coverage
 
 setup: $(READY_DEV)
