@@ -23,8 +23,9 @@ from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.effects import LIBRARY
 from drill_env.identification.estimate import identify
 from drill_env.identification.noise import NoiseModel
-from drill_env.identification.prediction_error import path_of, prepare, value_of
+from drill_env.identification.prediction_error import path_of, value_of
 from drill_env.identification.replay import replay
+from drill_env.identification.samples import prepare
 from drill_env.identification.screening import findings
 from drill_env.identification.smoothing import slopes_of, smoothed
 from drill_env.integrator.extended import run_extended

@@ -16,7 +16,7 @@ from drill_env.diagnosis.shapes import free_shapes
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 from drill_env.effects.along import Motion
-from drill_env.identification.prediction_error import prepare
+from drill_env.identification.samples import prepare
 from drill_env.integrator import sampled_voltage, simulate
 from drill_env.recordings import Recording
 from tests.test_one_inertia import AXIS, EMPS, both_ways

@@ -21,9 +21,10 @@ from drill_env.identification.coordinates import Coordinates
 from drill_env.identification.descent import Problem, point_at
 from drill_env.identification.estimate import Estimate, FitOptions, identify
 from drill_env.identification.noise import NoiseModel, repeated_counts
-from drill_env.identification.prediction_error import prepare, score, trace_of
+from drill_env.identification.prediction_error import score, trace_of
 from drill_env.identification.prior import Prior
 from drill_env.identification.profile import profile
+from drill_env.identification.samples import prepare
 from drill_env.identification.stages import UPPER, identify_stages
 from drill_env.parameters import SYMBOLS, Rig
 from drill_env.recordings import Recording

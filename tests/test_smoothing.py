@@ -10,7 +10,8 @@ import pytest
 from benchmarks.rig_maker import make, quasi_random
 from drill_env import Rig
 from drill_env.identification.noise import NoiseModel
-from drill_env.identification.prediction_error import path_of, prepare, value_of
+from drill_env.identification.prediction_error import path_of, value_of
+from drill_env.identification.samples import prepare
 from drill_env.identification.smoothing import slopes_of, smoothed
 from drill_env.parameters import SYMBOLS
 from drill_env.recordings import Recording

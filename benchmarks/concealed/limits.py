@@ -32,7 +32,8 @@ from benchmarks.concealed.recordings import (
 from benchmarks.concealed.signals import draw_families, signal
 from drill_env._files import write_text
 from drill_env.identification.noise import NoiseModel
-from drill_env.identification.prediction_error import Samples, prepare, score
+from drill_env.identification.prediction_error import score
+from drill_env.identification.samples import Samples, prepare
 from drill_env.parameters import Rig
 from drill_env.recordings import Recording
 

@@ -40,7 +40,8 @@ from drill_env.diagnosis.search import base_fit
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 from drill_env.identification.noise import NoiseModel
-from drill_env.identification.prediction_error import Samples, path_of, prepare
+from drill_env.identification.prediction_error import path_of
+from drill_env.identification.samples import Samples, prepare
 from drill_env.parameters import Rig
 from drill_env.recordings import read_recording
 

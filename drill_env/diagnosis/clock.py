@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from drill_env._types import BoolArray, FloatArray
-from drill_env.identification.prediction_error import Samples
+from drill_env.identification.samples import Samples
 from drill_env.recordings import Channel, Recording
 
 _NAMES: tuple[Channel, Channel] = ("theta_u", "theta_l")

@@ -40,7 +40,7 @@ from drill_env.diagnosis.search import find
 from drill_env.diagnosis.sentences import sentences
 from drill_env.diagnosis.terms import Term
 from drill_env.identification.drive import torque_driven, with_known_scale
-from drill_env.identification.prediction_error import Samples, prepare
+from drill_env.identification.samples import Samples, prepare
 from drill_env.parameters import Rig
 from drill_env.recordings import Recording
 

@@ -13,7 +13,8 @@ from drill_env.diagnosis.fit import Fit, Setting, prior, start_prior
 from drill_env.diagnosis.terms import Shape, Term, with_terms
 from drill_env.effects.along import Motion
 from drill_env.identification.noise import NoiseModel
-from drill_env.identification.prediction_error import Path, Samples, Trace, path_of
+from drill_env.identification.prediction_error import Path, Trace, path_of
+from drill_env.identification.samples import Samples
 from drill_env.identification.smoothing import slopes_of, smoothed
 from drill_env.parameters import SYMBOLS, Rig
 

@@ -13,7 +13,8 @@ from drill_env.diagnosis.terms import Shape, Term
 from drill_env.effects.along import Motion
 from drill_env.identification.coordinates import POSITIVE, Coordinates
 from drill_env.identification.noise import NoiseModel
-from drill_env.identification.prediction_error import Samples, Trace
+from drill_env.identification.prediction_error import Trace
+from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
 
 # Sizes of free shapes: Nm at the discs, share of the brake's torque, rad of a reading.

@@ -12,7 +12,8 @@ from drill_env.diagnosis.extended import THREADS, whitened
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.terms import with_terms
 from drill_env.effects.along import Motion
-from drill_env.identification.prediction_error import Path, Samples, path_of
+from drill_env.identification.prediction_error import Path, path_of
+from drill_env.identification.samples import Samples
 from drill_env.identification.smoothing import smoothed
 from drill_env.parameters import SYMBOLS
 

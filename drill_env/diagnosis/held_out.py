@@ -19,7 +19,8 @@ from drill_env.effects.along import Motion
 from drill_env.effects.remembered import memories_along
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_of_recording import settled_starts
-from drill_env.identification.prediction_error import Path, Samples, path_of
+from drill_env.identification.prediction_error import Path, path_of
+from drill_env.identification.samples import Samples
 from drill_env.identification.smoothing import smoothed
 from drill_env.integrator.extended import run_extended, substep_counts
 from drill_env.integrator.simulate import simulate

@@ -10,7 +10,7 @@ from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import Judged, judge, rms
 from drill_env.diagnosis.rounds import NEEDED, Found, clearly
 from drill_env.diagnosis.slips import Slips
-from drill_env.identification.prediction_error import Samples
+from drill_env.identification.samples import Samples
 
 # So many times the needed gain is plain evidence; by this share of it held-out recordings may lose.
 _PLAIN, _HARMLESS = 3.0, 0.05

@@ -10,7 +10,7 @@ from drill_env.diagnosis.rounds import NEEDED, Found
 from drill_env.diagnosis.search import find
 from drill_env.effects import Effect
 from drill_env.identification.coordinates import active_names
-from drill_env.identification.prediction_error import Samples
+from drill_env.identification.samples import Samples
 from drill_env.parameters import SYMBOLS, Rig
 
 _LOWER = ("Tsl", "T1", "T2", "beta1", "beta2", "bl")

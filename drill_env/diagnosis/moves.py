@@ -14,7 +14,8 @@ from drill_env.diagnosis.extended import THREADS, evaluate, lost_value, motion_o
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.terms import Term, corrected, with_terms
 from drill_env.effects.along import Motion
-from drill_env.identification.prediction_error import Samples, path_of, value_of
+from drill_env.identification.prediction_error import path_of, value_of
+from drill_env.identification.samples import Samples
 
 
 def unstrained(setting: Setting, here: Fit) -> Fit:

@@ -15,7 +15,8 @@ from drill_env.diagnosis.extended import evaluate, motion_of
 from drill_env.diagnosis.fit import Fit
 from drill_env.diagnosis.result import NextExperiment
 from drill_env.diagnosis.rounds import Attempt, Found
-from drill_env.identification.prediction_error import path_of, prepare
+from drill_env.identification.prediction_error import path_of
+from drill_env.identification.samples import prepare
 from drill_env.integrator.extended import run_extended
 from drill_env.recordings import Recording
 from drill_env.recordings.signals import Signal, signal_samples

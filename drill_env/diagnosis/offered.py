@@ -10,7 +10,7 @@ import numpy as np
 from drill_env.diagnosis.shapes import TURN
 from drill_env.effects import LIBRARY, Effect
 from drill_env.identification.coordinates import active_names
-from drill_env.identification.prediction_error import Samples
+from drill_env.identification.samples import Samples
 from drill_env.identification.torn import with_integrals
 from drill_env.parameters import SYMBOLS, Rig
 

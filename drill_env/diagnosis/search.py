@@ -26,7 +26,8 @@ from drill_env.diagnosis.waves import Wave, free_waves, score_waves
 from drill_env.effects import Effect
 from drill_env.identification.coordinates import Coordinates
 from drill_env.identification.noise import NoiseModel
-from drill_env.identification.prediction_error import Samples, path_of
+from drill_env.identification.prediction_error import path_of
+from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
 
 _RELEASE = 6.0

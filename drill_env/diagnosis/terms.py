@@ -12,7 +12,7 @@ from drill_env._types import FloatArray
 from drill_env.diagnosis.late import LATE, ahead, on_time, telling
 from drill_env.effects import Effect
 from drill_env.effects.along import Motion, response_along
-from drill_env.identification.prediction_error import Samples
+from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
 
 _RELATIVE_STEP = 1e-4

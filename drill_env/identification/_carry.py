@@ -3,7 +3,7 @@
 from math import exp
 
 from drill_env._jit import kernel
-from drill_env.identification._filter import D_L, D_U, N_FILTER
+from drill_env.identification._filter_state import D_L, D_U, N_FILTER
 from drill_env.integrator._records import N_STATE
 
 

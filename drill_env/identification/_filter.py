@@ -12,68 +12,18 @@ Readings are theta_u and theta_l, then, where a velocity is recorded, omega_u an
 
 from math import exp, log
 
-import numpy as np
-
 from drill_env._jit import kernel
+from drill_env.identification._filter_state import (
+    D_L,
+    D_U,
+    N_FILTER,
+    N_SLOPES,
+    START_OFFSET,
+)
 from drill_env.integrator._advance import DONE, advance
 from drill_env.integrator._modes import start_mode
 from drill_env.integrator._records import FIRST_PARAMETER, LOAD_L, LOAD_U, N_STATE
 from drill_env.parameters._record import N_PARAMETERS
-
-N_FILTER = 6
-D_U, D_L = 4, 5
-N_START = 5
-START_OFFSET = 4
-N_SLOPES = N_PARAMETERS + N_START
-
-FILTER = np.dtype(
-    [
-        ("variance", "f8", (2,)),  # of the latent torques, Nm^2
-        ("rate", "f8", (2,)),  # reciprocal of their correlation times, 1/s
-        ("robust", "f8"),  # innovations beyond so many standard deviations lose weight
-        ("release", "f8"),  # innovations beyond so many standard deviations free a stuck disc
-        ("slopes", "i8"),  # columns of S; 0 for none
-        ("offset", "f8"),
-        ("load", "f8", (2,)),  # known torques on the discs, Nm
-        ("y", "f8", (N_FILTER,)),
-        ("P", "f8", (N_FILTER, N_FILTER)),
-        ("S", "f8", (N_FILTER, N_SLOPES)),
-        ("F", "f8", (N_STATE, N_FILTER)),
-        ("FP", "f8", (N_FILTER, N_FILTER)),
-        ("FS", "f8", (N_STATE, N_SLOPES)),
-        ("PH", "f8", (N_FILTER,)),
-        ("slope", "f8", (N_SLOPES,)),
-        ("value", "f8"),  # -2 log likelihood without its constant
-        ("count", "i8"),
-    ],
-    align=True,
-)
-"""Working arrays and sums of one recording's filter."""
-
-
-def path_type(readings: int) -> np.dtype:
-    """What the filter did at one row, enough to smooth and to carry any other error through it.
-
-    Args:
-        readings: 2, or 4 with velocities.
-    """
-    return np.dtype(
-        [
-            ("F", "f8", (N_STATE, N_FILTER)),  # transition into the row
-            ("gain", "f8", (readings, N_FILTER)),  # of each reading; 0 where no sample is
-            ("white", "f8", (readings,)),  # innovations over their standard deviations
-            ("weight", "f8", (readings,)),  # reciprocals of these, 1/rad or s/rad
-            ("stuck", "i8", (2,)),
-            ("P", "f8", (N_FILTER, N_FILTER)),  # covariance after the row's samples
-            # of the predicted readings, over the standard deviations
-            ("slopes", "f8", (readings, N_SLOPES)),
-        ],
-        align=True,
-    )
-
-
-# Compiled code is kept by the type of its arguments: one for each kind of recording.
-PATH, PATH_WITH_VELOCITIES = path_type(2), path_type(4)
 
 
 @kernel

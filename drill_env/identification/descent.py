@@ -15,8 +15,9 @@ from drill_env._types import FloatArray
 from drill_env.identification.coordinates import POSITIVE, Coordinates
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_fit import noise_step
-from drill_env.identification.prediction_error import Samples, score
+from drill_env.identification.prediction_error import score
 from drill_env.identification.prior import Prior
+from drill_env.identification.samples import Samples
 from drill_env.parameters import SYMBOLS, Rig
 
 _TRIES = 10

@@ -25,8 +25,8 @@ from drill_env.identification.drive import with_known_scale
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_fit import told
 from drill_env.identification.noise_of_recording import first_speeds
-from drill_env.identification.prediction_error import prepare
 from drill_env.identification.prior import Prior
+from drill_env.identification.samples import prepare
 from drill_env.identification.sandwich import sandwich_covariance
 from drill_env.parameters import Rig
 from drill_env.recordings import Recording

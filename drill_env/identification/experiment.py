@@ -14,7 +14,8 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.identification.knowledge import SIGMAS, Knowledge, bounded, untold, wider_than
-from drill_env.identification.prediction_error import prepare, score
+from drill_env.identification.prediction_error import score
+from drill_env.identification.samples import prepare
 from drill_env.integrator import sampled_voltage, simulate
 from drill_env.parameters import SYMBOLS
 from drill_env.recordings import Recording

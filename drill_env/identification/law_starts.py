@@ -14,7 +14,8 @@ from drill_env.identification.drive import with_known_scale
 from drill_env.identification.estimate import Estimate, FitOptions, identify
 from drill_env.identification.knowledge import typical_noise
 from drill_env.identification.noise_of_recording import estimated_noise
-from drill_env.identification.prediction_error import prepare, score
+from drill_env.identification.prediction_error import score
+from drill_env.identification.samples import prepare
 from drill_env.identification.sandwich import sandwich_covariance
 from drill_env.parameters import Rig
 from drill_env.recordings import Recording

@@ -11,7 +11,8 @@ import numpy as np
 
 from drill_env._types import FloatArray, IntArray
 from drill_env.identification.noise import NoiseModel
-from drill_env.identification.prediction_error import Samples, Trace, trace_of
+from drill_env.identification.prediction_error import Trace, trace_of
+from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
 
 _STEP = 1e-3

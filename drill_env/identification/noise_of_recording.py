@@ -9,7 +9,8 @@ from dataclasses import replace
 from drill_env._types import FloatArray
 from drill_env.identification.noise import NoiseModel, roughness
 from drill_env.identification.noise_fit import noise_step
-from drill_env.identification.prediction_error import Samples, Score, score
+from drill_env.identification.prediction_error import Score, score
+from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
 from drill_env.recordings import Channel, Recording
 

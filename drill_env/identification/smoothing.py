@@ -8,9 +8,10 @@ import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.identification._carry import carry, smooth
-from drill_env.identification._filter import N_FILTER
+from drill_env.identification._filter_state import N_FILTER
 from drill_env.identification.noise import NoiseModel
-from drill_env.identification.prediction_error import Path, Samples
+from drill_env.identification.prediction_error import Path
+from drill_env.identification.samples import Samples
 
 
 @dataclass(frozen=True, slots=True, eq=False)

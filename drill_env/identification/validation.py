@@ -16,13 +16,9 @@ from drill_env.identification.drive import driven_rig, torque_driven
 from drill_env.identification.estimate import Estimate
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_of_recording import estimated_noise, settled_starts
-from drill_env.identification.prediction_error import (
-    Samples,
-    Trace,
-    prepare,
-    trace_of,
-)
+from drill_env.identification.prediction_error import Trace, trace_of
 from drill_env.identification.replay import ReplayResult, channel_errors, replay, run_pieces
+from drill_env.identification.samples import Samples, prepare
 from drill_env.identification.whiteness import Whiteness, whiteness
 from drill_env.parameters import Rig
 from drill_env.recordings import Channel, Recording
