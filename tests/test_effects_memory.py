@@ -71,6 +71,9 @@ def test_late_readings_are_told_at_their_own_time(delay, disc):
     states[:, 1] = speed[0]
     motion = Motion(_T, np.zeros(len(_T)), states, np.array([0, 1200]))
     told = on_time(true[disc](_T - delay), motion, disc, delay)
+    by_speed = on_time(np.interp(_T - delay, _T, speed[disc]), motion, disc, delay, velocity=True)
+    inside = np.isfinite(by_speed) & (_T > 0.1)
+    assert np.abs(by_speed - speed[disc])[inside].max() < 1e-4
     known = np.isfinite(told)
     assert np.abs(told - true[disc](_T))[known].max() < 1e-6
     lost = _T[~known]

@@ -17,6 +17,9 @@ _STALE_SPEED = 5.0
 _STALE_REACH = 12
 _SPEED_REACH = 4
 
+FEWEST = 5
+"""Stale rows that make a fault."""
+
 
 def stale_rows(recording: Recording) -> tuple[BoolArray, int]:
     """Rows that repeat the one before while the rig turned, shape (n,), and how many turned."""
@@ -35,10 +38,10 @@ def stale_rows(recording: Recording) -> tuple[BoolArray, int]:
     return none, int(turning.sum())
 
 
-def without_stale(samples: Samples, fewest: int) -> Samples:
+def without_stale(samples: Samples) -> Samples:
     """The recording without its stale rows, where there are not too few of them for a fault."""
     stale, _ = stale_rows(samples.recording)
-    if stale.sum() < fewest:
+    if stale.sum() < FEWEST:
         return samples
     angles = samples.angles.copy()
     angles[stale] = np.nan
@@ -72,6 +75,6 @@ def _speed(angle: FloatArray, t: FloatArray) -> FloatArray:
     return np.abs(whole[after] - whole[before]) / (t[after] - t[before])
 
 
-def cleaned(samples: Sequence[Samples], fewest: int, jitter: float = 0.0) -> list[Samples]:
+def cleaned(samples: Sequence[Samples], jitter: float = 0.0) -> list[Samples]:
     """Recordings without stale rows, their times uncertain by `jitter` s."""
-    return [with_uncertain_times(without_stale(s, fewest), jitter) for s in samples]
+    return [with_uncertain_times(without_stale(s), jitter) for s in samples]

@@ -17,7 +17,7 @@ from drill_env.diagnosis.belief import (
 )
 from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.declare import extended_rig
-from drill_env.diagnosis.faults import FEWEST, Fault, find_faults
+from drill_env.diagnosis.faults import Fault, find_faults
 from drill_env.diagnosis.fit import Fit
 from drill_env.diagnosis.held_out import Judged, judged_channels, noise_floor, rms
 from drill_env.diagnosis.judging import judged
@@ -120,7 +120,7 @@ def _diagnose(
         law = law_fit(samples, rig, found, library, options.most, report, options.doubt)
         found = law.found if law else found
     held = [replace(s, release=found.setting.samples[0].release) for s in held]
-    held = cleaned(held, FEWEST, found.setting.jitter)
+    held = cleaned(held, found.setting.jitter)
     report("judging held-out recordings")
     base = law.before if law else found.base
     base_setting = law.setting if law else found.setting

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drill_env.diagnosis.clock import stale_rows
+from drill_env.diagnosis.clock import FEWEST, stale_rows
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.terms import with_terms
 from drill_env.identification.prediction_error import path_of
@@ -18,8 +18,6 @@ _CERTAIN = 8.0
 _SLOWEST = 0.5
 # Clocks jitter a little: what does not stand out of the rounding is no finding.
 _NOTABLE = 0.7
-FEWEST = 5
-"""Stale rows that make a fault."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,7 +30,9 @@ def telling(motion: Motion, delay: float) -> IntArray:
     return out
 
 
-def on_time(read: FloatArray, motion: Motion, disc: int, delay: float) -> FloatArray:
+def on_time(
+    read: FloatArray, motion: Motion, disc: int, delay: float, *, velocity: bool = False
+) -> FloatArray:
     """What a late encoder says of each row's time, NaN where it would say it after the end.
 
     The reading nearest to a delay later is taken; the motion bridges what is left, less than
@@ -38,15 +40,17 @@ def on_time(read: FloatArray, motion: Motion, disc: int, delay: float) -> FloatA
     have been told with another delay, has no say in it.
 
     Args:
-        read: angles as they were read, rad, shape (n,).
+        read: angles as they were read, rad, or velocities, rad/s, shape (n,).
         motion: of the rig at the same rows.
         disc: 0 for the upper one, 1 for the lower one.
         delay: s.
+        velocity: whether velocities were read.
     """
     rows = telling(motion, delay)
     rest = motion.t + delay - motion.t[rows]
     omega, alpha = motion.states[:, 1 + disc], motion.states[:, 4 + disc]
-    out = read[rows] + rest * (omega - 0.5 * rest * alpha)
+    move = rest * alpha if velocity else rest * (omega - 0.5 * rest * alpha)
+    out = read[rows] + move
     out[unread(motion, delay)] = np.nan
     return out
 

@@ -11,7 +11,7 @@ import numpy as np
 from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.contest import contest
 from drill_env.diagnosis.extended import evaluate, motion_of
-from drill_env.diagnosis.faults import FEWEST, clock_jitter
+from drill_env.diagnosis.faults import clock_jitter
 from drill_env.diagnosis.first_look import first_look
 from drill_env.diagnosis.fit import Fit, Setting, strain
 from drill_env.diagnosis.ground import ground_at
@@ -173,13 +173,13 @@ def find(
         report: told what is being done.
     """
     report("fitting the rig alone")
-    samples = cleaned(samples, FEWEST)
+    samples = cleaned(samples)
     setting, base = base_fit(samples, rig, free, doubt)
     clock = clock_jitter(setting, base)
     if clock is not None:
         report("fitting the rig alone, the times uncertain")
         size = clock.parameters["jitter"][0]
-        setting, base = base_fit(cleaned(samples, FEWEST, size), rig, free, doubt)
+        setting, base = base_fit(cleaned(samples, size), rig, free, doubt)
         setting = replace(setting, jitter=size)
     here, shaped, rounds = base, None, []
     for _ in range(most):

@@ -177,7 +177,8 @@ def with_terms(samples: Samples, terms: tuple[Term, ...], rig: Rig, motion: Moti
             by_speed = angles.shape[1] > 2 and not np.isfinite(angles[:, disc]).any()
             column = 2 + disc if by_speed else disc
             delay = float(term.q[0])
-            angles[:, column] = on_time(angles[:, column], motion, disc, delay)
+            read = angles[:, column]
+            angles[:, column] = on_time(read, motion, disc, delay, velocity=by_speed)
             repeats[:, column] = repeats[telling(motion, delay), column]
             continue
         torque, error = term.source.response(term.q, rig, motion)
