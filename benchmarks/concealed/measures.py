@@ -47,6 +47,9 @@ def measure(rows: Sequence[Row]) -> dict[str, Any]:
         "among the first three, 5 x and more": share(clear, lambda r: r["three"]),
         "component right, 5 x and more": share(clear, lambda r: r["component"]),
         "a second, wrong effect too, 5 x and more": share(clear, lambda r: r["surplus"] > 0),
+        "among the first three, 2 x": share(fair, lambda r: r["three"]),
+        "component right, 2 x": share(fair, lambda r: r["component"]),
+        "a second, wrong effect too, 2 x": share(fair, lambda r: r["surplus"] > 0),
         "named first, not identifiable": share(
             [r for r in rows if r["kind"] == "single" and not r["identifiable"]],
             lambda r: r["first"],

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from drill_env.diagnosis.clock import cleaned
+from drill_env.diagnosis.clock import cleaned, with_uncertain_times
 from drill_env.diagnosis.contest import contest
 from drill_env.diagnosis.extended import evaluate, motion_of
 from drill_env.diagnosis.faults import clock_jitter
@@ -179,7 +179,7 @@ def find(
     if clock is not None:
         report("fitting the rig alone, the times uncertain")
         size = clock.parameters["jitter"][0]
-        setting, base = base_fit(cleaned(samples, size), rig, free, doubt)
+        setting, base = base_fit([with_uncertain_times(s, size) for s in samples], rig, free, doubt)
         setting = replace(setting, jitter=size)
     here, shaped, rounds = base, None, []
     for _ in range(most):

@@ -4,7 +4,7 @@ from math import exp
 
 from drill_env._jit import kernel
 from drill_env.effects._effect import Effect, amplitude, shape
-from drill_env.effects._signal import RESTING, sign
+from drill_env.effects._signal import RESTING, left_over, sign
 
 
 @kernel
@@ -15,12 +15,8 @@ def upper_presliding(p, q, m, s, out):
         # At rest nothing has built up.
         m[0] = 0.0 if abs(s.omega_u) < RESTING else side
     shares = abs(s.omega_u) * s.dt / q[1]
-    if shares > 0.0:
-        left = exp(-shares)
-        out.torque_u += (side - m[0]) * q[0] * (1.0 - left) / shares
-        m[0] = side + (m[0] - side) * left
-    else:
-        out.torque_u += (side - m[0]) * q[0]
+    out.torque_u += (side - m[0]) * q[0] * left_over(shares)
+    m[0] = side + (m[0] - side) * exp(-shares)
 
 
 EFFECT = Effect(
