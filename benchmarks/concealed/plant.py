@@ -41,6 +41,8 @@ Array = NDArray[np.float64]
 def _step(q, x, s, a, h, k, y):
     """Classical Runge-Kutta step of `h` s from `x` into `y`."""
     rates(q, x, s, a, k[0])
+    for i in range(N_STEPPED, N_STATES):
+        y[i] = x[i]
     for stage in range(3):
         part = h if stage == 2 else 0.5 * h
         for i in range(N_STEPPED):
