@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.fit import Fit, Setting, prior, start_prior
-from drill_env.diagnosis.terms import Shape, Term, with_terms
+from drill_env.diagnosis.terms import Shape, Term, acting, at_rest, with_terms
 from drill_env.effects.along import Motion
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.prediction_error import Path, Trace, path_of
@@ -20,6 +21,8 @@ from drill_env.parameters import SYMBOLS, Rig
 
 THREADS = 2
 _RIG_STEP = 1e-4
+# A filter's events come a little early or late: wider differences even that out.
+_AT_REST_STEPS = 10.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,19 +47,38 @@ def motion_of(samples: Samples, noise: NoiseModel, path: Path) -> Motion:
 
 def whitened(
     samples: Samples, setting: Setting, fit_rig: Rig, jacobian: FloatArray, terms: Sequence[Term],
-    noise: NoiseModel, path: Path, motion: Motion,
+    noise: NoiseModel, starts: FloatArray, path: Path, motion: Motion,
 ) -> FloatArray:  # fmt: skip
     """Columns (coordinates, terms' numbers, starts) of the linear regression, shape (n, 2, m)."""
     places = [SYMBOLS.index(name) for name in setting.coordinates.free]
     slopes = path.rows["slopes"]
     columns = [slopes[:, :, places] @ jacobian]
-    for term in terms:
+    for place, term in enumerate(terms):
+        if at_rest(term):
+            filtered = partial(path_of, rig=fit_rig, noise=noise, starts=starts)
+            columns.append(_slopes_at_rest(samples, terms, place, path, filtered, setting.robust))
+            continue
         loads, errors = term.slopes(fit_rig, motion)
         columns.append(slopes_of(samples, noise, path, loads, errors))
         by_rig = _slopes_by_rig(setting, fit_rig, term, motion)
         if by_rig is not None:
             columns[0] = columns[0] + slopes_of(samples, noise, path, by_rig, None)
     return np.concatenate(columns, axis=2)
+
+
+def _slopes_at_rest(
+    samples: Samples, terms: Sequence[Term], place: int, path: Path,
+    filtered: Callable[..., Path], robust: float,
+) -> FloatArray:  # fmt: skip
+    """How the predictions follow the numbers of a term that acts within the filter."""
+    term, columns = terms[place], []
+    for i, step in enumerate((_AT_REST_STEPS * term.source.steps(term.q)).tolist()):
+        q = term.q.copy()
+        q[i] += step
+        moved = [*terms[:place], Term(term.source, q), *terms[place + 1 :]]
+        there = filtered(replace(samples, acting=acting(moved)), robust=robust)
+        columns.append((path.rows["white"] - there.rows["white"]) / step)
+    return np.stack(columns, axis=2)
 
 
 def _slopes_by_rig(setting: Setting, rig: Rig, term: Term, motion: Motion) -> FloatArray | None:
@@ -83,7 +105,7 @@ def _part(
 ) -> _Part:  # fmt: skip
     given = with_terms(samples, terms, rig, motion)
     path = path_of(given, rig, noise, starts, setting.robust, slopes=True)
-    columns = whitened(given, setting, rig, jacobian, terms, noise, path, motion)
+    columns = whitened(given, setting, rig, jacobian, terms, noise, starts, path, motion)
     count = columns.shape[2]
     used = path.rows["weight"] > 0
     x, white = columns[used], path.rows["white"][used]

@@ -60,7 +60,9 @@ def ground_at(setting: Setting, fit: Fit) -> Ground:
         samples, starts, motion = job
         given = with_terms(samples, fit.terms, fit.rig, motion)
         path = path_of(given, fit.rig, fit.noise, starts, setting.robust, slopes=True)
-        shared = whitened(given, setting, fit.rig, jacobian, fit.terms, fit.noise, path, motion)
+        shared = whitened(
+            given, setting, fit.rig, jacobian, fit.terms, fit.noise, starts, path, motion
+        )
         used = path.rows["weight"] > 0
         own = path.rows["slopes"][:, :, len(SYMBOLS) :][used]
         own = _by_window(own, used, samples)

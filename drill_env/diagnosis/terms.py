@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -11,7 +11,9 @@ import numpy as np
 from drill_env._types import FloatArray
 from drill_env.diagnosis.late import LATE, ahead, on_time, telling
 from drill_env.effects import Effect
+from drill_env.effects._bundle import Bundle
 from drill_env.effects.along import Motion, response_along
+from drill_env.effects.declared import bundled
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
 
@@ -151,6 +153,18 @@ class Term:
         return loads, errors
 
 
+def at_rest(term: Term) -> bool:
+    """Whether a term decides when a disc rests, and so acts at the filter's own state."""
+    return isinstance(term.source, Named) and term.source.effect.at_rest
+
+
+def acting(terms: Sequence[Term]) -> Bundle:
+    """Those of the terms that act at the filter's own state."""
+    return bundled(
+        [(t.source.effect, t.q) for t in terms if isinstance(t.source, Named) and at_rest(t)]
+    )
+
+
 def late_disc(term: Term) -> int | None:
     """The disc whose encoder a term makes late, if it does."""
     return LATE.get(term.id) if isinstance(term.source, Named) else None
@@ -181,7 +195,9 @@ def with_terms(samples: Samples, terms: tuple[Term, ...], rig: Rig, motion: Moti
             angles[:, column] = on_time(read, motion, disc, delay, velocity=by_speed)
             repeats[:, column] = repeats[telling(motion, delay), column]
             continue
+        if at_rest(term):
+            continue
         torque, error = term.source.response(term.q, rig, motion)
         loads += torque
         angles -= samples.misread(error)
-    return replace(samples, loads=loads, angles=angles, repeats=repeats)
+    return replace(samples, loads=loads, angles=angles, repeats=repeats, acting=acting(terms))

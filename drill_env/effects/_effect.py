@@ -56,6 +56,8 @@ class Effect:
         stands_for: parameter of the rig that it is; a search offers it where the rig lacks that.
         axis_only: whether a search offers it for one inertia alone: with a string the upper disc
             hardly reverses.
+        at_rest: whether it decides when a disc comes to rest and leaves it: a filter then takes
+            it at its own state.
         kernel: compiled function of (p, q, m, s, out).
     """
 
@@ -73,6 +75,7 @@ class Effect:
     follows: tuple[str, ...] = ()
     stands_for: str = ""
     axis_only: bool = False
+    at_rest: bool = False
     senses: bool = field(default=False)
 
     def vector(self, values: dict[str, float]) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.effects import LIBRARY, ORDER
+from drill_env.effects import LIBRARY, ORDER, Effect
 from drill_env.effects._bundle import TABLE, Bundle
 from drill_env.effects._signal import MEMORY
 from drill_env.effects._table import ACTIONS, COORDINATES
@@ -79,6 +79,18 @@ def declared(rig: Rig) -> Bundle:
         np.array([row[3] for row in rows]).reshape(len(rows), WIDTH),
         tables,
     )
+
+
+def bundled(effects: Sequence[tuple[Effect, FloatArray]]) -> Bundle:
+    """Effects with their numbers as the compiled code reads them."""
+    q = np.zeros((len(effects), WIDTH))
+    for i, (_, numbers) in enumerate(effects):
+        q[i, : len(numbers)] = numbers
+    return Bundle(
+        np.array([ORDER.index(effect.id) for effect, _ in effects], dtype=np.int64),
+        np.array([effect.senses for effect, _ in effects], dtype=np.int64), q,
+        np.zeros((len(effects), 2, 0)),
+    )  # fmt: skip
 
 
 def new_memories(bundle: Bundle) -> FloatArray:

@@ -4,25 +4,16 @@ from math import exp
 
 from drill_env._jit import kernel
 from drill_env.effects._effect import Effect, amplitude, shape
-from drill_env.effects._signal import against, left_over
-
-# Slip (rad) over which the stronger hold is lost.
-_LOST = 0.005
-
+from drill_env.effects._signal import against
 
 @kernel
 def dwell_stiction(p, q, m, s, out):
-    """holds torque (1 - e^(-dwell/time_constant)) more, lost over 0.005 rad of slip."""
-    left = 1.0
-    if s.omega_l == 0.0:
-        m[0] = (m[0] + s.dt) if m[1] == 0.0 else s.dt
-        m[1] = 0.0
-    else:
-        slid = abs(s.omega_l) * s.dt
-        left = exp(-m[1] / _LOST) * left_over(slid / _LOST)
-        m[1] += slid
-    extra = q[0] * (1.0 - exp(-m[0] / q[1])) * left
-    out.torque_l += against(s.omega_l, s.net_l, extra)
+    """holds torque (1 - e^(-dwell/time_constant)) more, until it slips."""
+    if s.omega_l != 0.0:
+        m[0] = 0.0
+        return
+    m[0] += s.dt
+    out.torque_l += against(0.0, s.net_l, q[0] * (1.0 - exp(-m[0] / q[1])))
 
 
 EFFECT = Effect(
@@ -46,7 +37,7 @@ EFFECT = Effect(
             high=1000.0,
         ),
     ),
-    formula="holds torque (1 - e^(-dwell/time_constant)) more, lost over 0.005 rad of slip",
+    formula="holds torque (1 - e^(-dwell/time_constant)) more, until it slips",
     meaning="The brake sticks harder the longer it rests.",
     kernel=dwell_stiction,
     neighbours=(
@@ -54,4 +45,5 @@ EFFECT = Effect(
         "rate_state",
     ),
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994)",
+    at_rest=True,
 )

@@ -56,4 +56,5 @@ EFFECT = Effect(
         "string_damping",
     ),
     source="Hess and Soom, J. Tribology 112 (1990)",
+    at_rest=True,
 )

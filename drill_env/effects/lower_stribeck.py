@@ -43,4 +43,5 @@ EFFECT = Effect(
         "friction_lag",
     ),
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994)",
+    at_rest=True,
 )

@@ -12,7 +12,8 @@ def presliding(p, q, m, s, out):
     """(sign(omega_l) - z) T_l, distance dz/dt = omega_l (1 - sign(omega_l) z)."""
     if s.first:
         m[0] = 0.0
-    side = sign(s.omega_l) if s.omega_l != 0.0 else sign(s.net_l)
+    # Where it turns round, what it yielded to pushes it back.
+    side = sign(s.omega_l) if s.omega_l != 0.0 else sign(s.net_l - m[0] * s.friction_l)
     shares = abs(s.omega_l) * s.dt / q[0]
     # The mean over the held interval: the way to yield may be far shorter than the disc's in it.
     out.torque_l += (side - m[0]) * left_over(shares) * s.friction_l
@@ -49,4 +50,5 @@ EFFECT = Effect(
         "string_hysteresis",
     ),
     source="Dahl, Aerospace Corp. TOR-0158 (1968)",
+    at_rest=True,
 )

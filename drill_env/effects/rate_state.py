@@ -57,4 +57,5 @@ EFFECT = Effect(
         "dwell_stiction",
     ),
     source="Dieterich, J. Geophys. Res. 84 (1979); Ruina (1983)",
+    at_rest=True,
 )

@@ -49,4 +49,5 @@ EFFECT = Effect(
     neighbours=("upper_presliding", "gear_compliance", "actuator_lag"),
     axis_only=True,
     source="Hess and Soom, J. Tribology 112 (1990)",
+    at_rest=True,
 )

@@ -10,7 +10,7 @@ from drill_env.effects._signal import RESTING, left_over, sign
 @kernel
 def upper_presliding(p, q, m, s, out):
     """(sign(omega_u) - z) torque, distance dz/dt = omega_u (1 - sign(omega_u) z)."""
-    side = sign(s.omega_u) if s.omega_u != 0.0 else sign(s.net_u)
+    side = sign(s.omega_u) if s.omega_u != 0.0 else sign(s.net_u - m[0] * q[0])
     if s.first:
         # At rest nothing has built up.
         m[0] = 0.0 if abs(s.omega_u) < RESTING else side
@@ -51,4 +51,5 @@ EFFECT = Effect(
     neighbours=("upper_friction_lag",),
     axis_only=True,
     source="Dahl, Aerospace Corp. TOR-0158 (1968)",
+    at_rest=True,
 )

@@ -41,4 +41,5 @@ EFFECT = Effect(
     kernel=upper_stribeck,
     neighbours=("amplifier_deadzone",),
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994)",
+    at_rest=True,
 )

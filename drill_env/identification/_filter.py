@@ -13,6 +13,13 @@ Readings are theta_u and theta_l, then, where a velocity is recorded, omega_u an
 from math import exp, log
 
 from drill_env._jit import kernel
+from drill_env.identification._filter_effects import (
+    act,
+    bend,
+    bend_transition,
+    forget_acting,
+    parts_of,
+)
 from drill_env.identification._filter_state import (
     D_L,
     D_U,
@@ -50,7 +57,8 @@ def restart(f, p, run, start, u):
 @kernel
 def load_state(f, p, run):
     """Hand the filtered state and torques to the integrator."""
-    p.load_u, p.load_l = f.load[0] + f.y[D_U], f.load[1] + f.y[D_L]
+    p.load_u = f.load[0] + f.y[D_U] + f.acted[0]
+    p.load_l = f.load[1] + f.y[D_L] + f.acted[1]
     for i in range(N_STATE):
         run.y[i] = f.y[i]
 
@@ -69,12 +77,26 @@ def settle(f, run):
 
 
 @kernel
-def follow_modes(f, p, run, u):
-    """Modes after a measurement moved the state: a velocity pushed through zero stops there."""
+def stop_reversed(f, run):
+    """A velocity that a measurement pushed through zero stops there."""
     for disc in range(2):
         row = 1 + disc
         if run.mode[disc] != 0 and run.mode[disc] * f.y[row] < 0.0:
             f.y[row] = 0.0
+
+
+@kernel
+def look_ahead(f, p, run, effects, t, dt, u):
+    """Effects' torques over the coming interval, or over its first part."""
+    load_state(f, p, run)
+    bend(f, p, run, effects, t, dt, u)
+    f.parts = parts_of(f, run, effects, dt)
+    act(f, p, run, effects, t, dt / f.parts, u)
+
+
+@kernel
+def follow_modes(f, p, run, u):
+    """Modes after a measurement moved the state and effects changed the torques."""
     load_state(f, p, run)
     start_mode(p, run, u)
     settle(f, run)
@@ -132,19 +154,24 @@ def spread_covariance(f, dt):
 
 
 @kernel
-def predict(f, p, run, work, tab, breaks, piece, buffers):
+def predict(f, p, run, work, tab, breaks, piece, effects, buffers):
     """Carry state, covariance and sensitivities over one sample interval."""
     load_state(f, p, run)
-    run.t, run.piece, run.sample, run.logged, run.steps = breaks[0], 0, 0, 0, 0
     for i in range(N_STATE):
         for c in range(work.columns):
             work.sens[i, c] = 1.0 if i == c else 0.0
-    status = advance(
-        p, run, work, tab, breaks, piece, buffers.t_eval, buffers.out, buffers.modes, buffers.log,
-        buffers.sens,
-    )  # fmt: skip
-    if status != DONE:
-        return status
+    begin, dt, parts = breaks[0], breaks[1] - breaks[0], f.parts
+    for part in range(parts):
+        breaks[0], breaks[1] = begin + part * dt / parts, begin + (part + 1) * dt / parts
+        if part > 0:
+            act(f, p, run, effects, breaks[0], dt / parts, piece[0, 0])
+        run.t, run.piece, run.sample, run.logged, run.steps = breaks[0], 0, 0, 0, 0
+        status = advance(
+            p, run, work, tab, breaks, piece, buffers.t_eval, buffers.out, buffers.modes,
+            buffers.log, buffers.sens,
+        )  # fmt: skip
+        if status != DONE:
+            return status
     for i in range(N_STATE):
         f.y[i] = run.y[i]
         for m in range(N_STATE):
@@ -153,7 +180,9 @@ def predict(f, p, run, work, tab, breaks, piece, buffers):
         f.F[i, D_L] = work.sens[i, LOAD_L]
         for c in range(f.slopes):
             f.FS[i, c] = work.sens[i, FIRST_PARAMETER + c] if c < N_PARAMETERS else 0.0
-    spread_covariance(f, breaks[1] - breaks[0])
+    if effects.bundle.codes.size > 0:
+        bend_transition(f)
+    spread_covariance(f, dt)
     return DONE
 
 
@@ -235,8 +264,8 @@ def note_transition(f, run, row):
 
 @kernel
 def run_filter(
-    f, p, run, work, tab, t, u, loads, angles, noise, restarts, starts, buffers, gradients,
-    informations, trace, path,
+    f, p, run, work, tab, t, u, loads, effects, angles, noise, restarts, starts, buffers,
+    gradients, informations, trace, path,
 ):  # fmt: skip
     """Filter one recording; the likelihood goes to `f`.
 
@@ -249,6 +278,7 @@ def run_filter(
         t: times in s, shape (n,).
         u: held voltages in V (torques in Nm with km = 1), shape (n,).
         loads: known torques on the discs, held as the voltage is, Nm, shape (n, 2).
+        effects: whose torques follow the filtered state.
         angles: theta_u and theta_l (rad), then omega_u and omega_l (rad/s) where the shape is
             (n, 4) and not (n, 2), NaN where missing.
         noise: variances of the samples, rad^2 or rad^2/s^2, likewise.
@@ -271,10 +301,13 @@ def run_filter(
             window += 1
             f.load[0], f.load[1] = loads[k, 0], loads[k, 1]
             restart(f, p, run, starts[window], u[k])
+            forget_acting(f, effects)
         elif k > 0:
             buffers.breaks[0], buffers.breaks[1] = t[k - 1], t[k]
             buffers.piece[0, 0] = u[k - 1]
-            status = predict(f, p, run, work, tab, buffers.breaks, buffers.piece, buffers)
+            status = predict(
+                f, p, run, work, tab, buffers.breaks, buffers.piece, effects, buffers
+            )
             if status != DONE:
                 return status
         for e in range(readings):
@@ -290,6 +323,9 @@ def run_filter(
             if f.release > 0.0 and variance > 0.0 and k > 0:
                 release(f, run, e, gap, variance, t[k] - t[k - 1])
         f.load[0], f.load[1] = loads[k, 0], loads[k, 1]
+        stop_reversed(f, run)
+        if effects.bundle.codes.size > 0 and k + 1 < t.size:
+            look_ahead(f, p, run, effects, t[k], t[k + 1] - t[k], u[k])
         follow_modes(f, p, run, u[k])
         if path.size > 0:
             note_transition(f, run, path[k])

@@ -20,6 +20,12 @@ FILTER = np.dtype(
         ("slopes", "i8"),  # columns of S; 0 for none
         ("offset", "f8"),
         ("load", "f8", (2,)),  # known torques on the discs, Nm
+        # Effects at the filtered state: their torques (Nm), the slopes of these by the speeds,
+        # into how many parts the coming interval is cut, and whether nothing came before.
+        ("acted", "f8", (2,)),
+        ("bend", "f8", (2, 2)),
+        ("parts", "i8"),
+        ("fresh", "i8"),
         ("y", "f8", (N_FILTER,)),
         ("P", "f8", (N_FILTER, N_FILTER)),
         ("S", "f8", (N_FILTER, N_SLOPES)),

@@ -9,8 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from drill_env._types import FloatArray, IntArray
+from drill_env.effects._signal import RESPONSE, SIGNAL
 from drill_env.friction import kernel_record
 from drill_env.identification._filter import run_filter
+from drill_env.identification._filter_effects import REMEMBERED, Acting
 from drill_env.identification._filter_state import (
     FILTER,
     N_FILTER,
@@ -125,7 +127,7 @@ def _filter(
     f["variance"] = (noise.torque_u**2, noise.torque_l**2)
     f["rate"] = (1.0 / noise.tau_u, 1.0 / noise.tau_l)
     f["robust"], f["slopes"] = robust, N_SLOPES if slopes else 0
-    f["release"] = samples.release
+    f["release"], f["parts"] = samples.release, 1
     run = np.zeros(1, dtype=RUN)
     run["h"] = samples.t[1]
     work = new_work(
@@ -138,6 +140,11 @@ def _filter(
         np.zeros(2), np.zeros((1, 1)), np.zeros(0), np.zeros((0, 4)),
         np.zeros((0, 2), dtype=np.int64), np.zeros(256, dtype=EVENT), np.zeros((0, 4, 1)),
     )  # fmt: skip
+    memories = np.zeros((len(samples.acting.codes), REMEMBERED))
+    acting = Acting(
+        samples.acting, memories, memories.copy(), np.zeros(1, dtype=SIGNAL),
+        np.zeros(1, dtype=RESPONSE),
+    )  # fmt: skip
     windows, readings = len(samples.restarts), samples.angles.shape[1]
     left = _Run(
         f, np.zeros((windows, N_SLOPES)), np.zeros((windows, N_SLOPES, N_SLOPES)),
@@ -148,7 +155,7 @@ def _filter(
     variance = samples.repeats * sizes**2
     status = run_filter(
         f[0], kernel_record(rig)[0], run[0], work[0], TABLEAUX["dopri5"][0], samples.t, samples.u,
-        samples.loads, samples.angles, variance, samples.restarts, starts, buffers, left.gradients,
+        samples.loads, acting, samples.angles, variance, samples.restarts, starts, buffers, left.gradients,
         left.informations, left.trace, left.path,
     )  # fmt: skip
     if status != DONE:

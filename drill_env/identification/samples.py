@@ -9,6 +9,8 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
+from drill_env.effects._bundle import Bundle
+from drill_env.effects.declared import bundled
 from drill_env.identification._filter_state import N_START
 from drill_env.identification.initial_state import state_at
 from drill_env.identification.readings import (
@@ -22,6 +24,9 @@ from drill_env.recordings import Channel, Recording
 
 # Doubt about the velocities that a restart takes from the samples around it.
 _START_SPEED = 0.3
+
+NOTHING = bundled(())
+"""No effects."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,6 +45,7 @@ class Samples:
         starts: first guess of theta_u - theta_l, omega_u, omega_l, theta_l there and of the
             twist at which the encoders agree, shape (m, 5).
         spreads: standard deviations of the guess, 0 for what is known, shape (m, 5).
+        acting: effects that the filter takes at its own state.
         release: innovations beyond so many standard deviations free a disc that the rig holds;
             0 for never. A search for missing physics must follow rigs that are wrong.
     """
@@ -53,6 +59,7 @@ class Samples:
     restarts: IntArray
     starts: FloatArray
     spreads: FloatArray
+    acting: Bundle = NOTHING
     release: float = 0.0
 
     @property

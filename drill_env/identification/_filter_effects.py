@@ -1,0 +1,109 @@
+"""Compiled effects that act at the filtered state: they decide when a disc rests.
+
+As in a simulation, a torque is taken at the foreseen middle of an interval and held over it.
+"""
+
+from math import ceil
+from typing import NamedTuple
+
+import numpy as np
+
+from drill_env._jit import kernel
+from drill_env._types import FloatArray
+from drill_env.effects._bundle import Bundle, add_torques
+from drill_env.identification._filter_state import D_L, D_U
+from drill_env.integrator._extended import foresee
+from drill_env.integrator._records import N_STATE
+
+# rad/s; small against any motion, far above rounding.
+_STEP = 1e-6
+# Where a disc comes to rest or leaves it, torques are held for so many seconds at most.
+_HOLD = 1e-3
+
+REMEMBERED = 8
+"""Most numbers that such an effect remembers."""
+
+
+class Acting(NamedTuple):
+    """Effects with what they remember and what they say."""
+
+    bundle: Bundle
+    memories: FloatArray
+    trial: FloatArray
+    signal: np.ndarray
+    response: np.ndarray
+
+
+@kernel
+def forget_acting(f, effects):
+    """Begin anew."""
+    for i in range(effects.memories.shape[0]):
+        for j in range(effects.memories.shape[1]):
+            effects.memories[i, j] = 0.0
+    f.acted[0] = f.acted[1] = 0.0
+    f.fresh = 1
+
+
+@kernel
+def recall(source, goal):
+    """Copy memories."""
+    for i in range(source.shape[0]):
+        for j in range(source.shape[1]):
+            goal[i, j] = source[i, j]
+
+
+@kernel
+def answer(f, p, run, effects, t, dt, u):
+    """Mean torques over `dt` s from the integrator's state go to the response."""
+    s = effects.signal[0]
+    recall(effects.memories, effects.trial)
+    s.first = f.fresh
+    foresee(p, run, s, t, dt, u)
+    add_torques(p, effects.bundle, effects.trial, s, effects.response[0])
+
+
+@kernel
+def act(f, p, run, effects, t, dt, u):
+    """What the effects do over `dt` s from the integrator's state."""
+    answer(f, p, run, effects, t, dt, u)
+    recall(effects.trial, effects.memories)
+    f.fresh = 0
+    f.acted[0], f.acted[1] = effects.response[0].torque_u, effects.response[0].torque_l
+    p.load_u = f.load[0] + f.y[D_U] + f.acted[0]
+    p.load_l = f.load[1] + f.y[D_L] + f.acted[1]
+
+
+@kernel
+def bend(f, p, run, effects, t, dt, u):
+    """How the torques follow the speeds of the discs that move, to `f.bend`."""
+    out = effects.response[0]
+    answer(f, p, run, effects, t, dt, u)
+    torque_u, torque_l = out.torque_u, out.torque_l
+    for disc in range(2):
+        kept = run.y[1 + disc]
+        f.bend[0, disc] = f.bend[1, disc] = 0.0
+        if kept != 0.0:
+            run.y[1 + disc] = kept + _STEP
+            answer(f, p, run, effects, t, dt, u)
+            f.bend[0, disc] = (out.torque_u - torque_u) / _STEP
+            f.bend[1, disc] = (out.torque_l - torque_l) / _STEP
+            run.y[1 + disc] = kept
+
+
+@kernel
+def bend_transition(f):
+    """The transition's share that the effects' torques have in it."""
+    for i in range(N_STATE):
+        for disc in range(2):
+            f.F[i, 1 + disc] += f.F[i, D_U] * f.bend[0, disc] + f.F[i, D_L] * f.bend[1, disc]
+
+
+@kernel
+def parts_of(f, run, effects, dt):
+    """Into how many parts an interval is cut: one, but where a disc rests or is about to."""
+    if effects.bundle.codes.size == 0:
+        return 1
+    s = effects.signal[0]
+    if s.omega_u != 0.0 and s.omega_l != 0.0 and run.mode[0] != 0 and run.mode[1] != 0:
+        return 1
+    return int(ceil(dt / _HOLD - 1e-6))
