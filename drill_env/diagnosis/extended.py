@@ -11,16 +11,15 @@ import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.fit import Fit, Setting, prior, start_prior
-from drill_env.diagnosis.terms import Shape, Term, acting, at_rest, with_terms
+from drill_env.diagnosis.terms import Term, acting, at_rest, with_terms
 from drill_env.effects.along import Motion
 from drill_env.identification.noise import NoiseModel
-from drill_env.identification.prediction_error import Path, Trace, path_of
+from drill_env.identification.prediction_error import Path, Trace, path_of, trace_of
 from drill_env.identification.samples import Samples
 from drill_env.identification.smoothing import slopes_of, smoothed
 from drill_env.parameters import SYMBOLS, Rig
 
 THREADS = 2
-_RIG_STEP = 1e-4
 # A filter's events come a little early or late: wider differences even that out.
 _AT_REST_STEPS = 10.0
 
@@ -55,20 +54,22 @@ def whitened(
     columns = [slopes[:, :, places] @ jacobian]
     for place, term in enumerate(terms):
         if at_rest(term):
-            filtered = partial(path_of, rig=fit_rig, noise=noise, starts=starts)
-            columns.append(_slopes_at_rest(samples, terms, place, path, filtered, setting.robust))
+            filtered = partial(
+                trace_of, rig=fit_rig, noise=noise, starts=starts, robust=setting.robust
+            )
+            moved = _moved_predictions(
+                samples, terms, place, path.trace.innovation, filtered
+            )
+            columns.append(moved * path.rows["weight"][:, :, np.newaxis])
             continue
         loads, errors = term.slopes(fit_rig, motion)
         columns.append(slopes_of(samples, noise, path, loads, errors))
-        by_rig = _slopes_by_rig(setting, fit_rig, term, motion)
-        if by_rig is not None:
-            columns[0] = columns[0] + slopes_of(samples, noise, path, by_rig, None)
     return np.concatenate(columns, axis=2)
 
 
-def _slopes_at_rest(
-    samples: Samples, terms: Sequence[Term], place: int, path: Path,
-    filtered: Callable[..., Path], robust: float,
+def _moved_predictions(
+    samples: Samples, terms: Sequence[Term], place: int, here: FloatArray,
+    filtered: Callable[[Samples], Trace],
 ) -> FloatArray:  # fmt: skip
     """How the predictions follow the numbers of a term that acts within the filter."""
     term, columns = terms[place], []
@@ -76,27 +77,9 @@ def _slopes_at_rest(
         q = term.q.copy()
         q[i] += step
         moved = [*terms[:place], Term(term.source, q), *terms[place + 1 :]]
-        there = filtered(replace(samples, acting=acting(moved)), robust=robust)
-        columns.append((path.rows["white"] - there.rows["white"]) / step)
+        there = filtered(replace(samples, acting=acting(moved))).innovation
+        columns.append((here - there) / step)
     return np.stack(columns, axis=2)
-
-
-def _slopes_by_rig(setting: Setting, rig: Rig, term: Term, motion: Motion) -> FloatArray | None:
-    """How a term's torques follow the rig's coordinates, shape (n, 2, free)."""
-    if isinstance(term.source, Shape):
-        return None
-    free = setting.coordinates.free
-    names = [name for name in term.source.effect.follows if name in free]
-    if not names:
-        return None
-    base = term.source.response(term.q, rig, motion)[0]
-    out = np.zeros((*base.shape, len(free)))
-    for name in names:
-        value = getattr(rig, name)
-        step = _RIG_STEP * max(abs(value), 1e-6)
-        moved = rig.replace(**{name: value + step})
-        out[:, :, free.index(name)] = (term.source.response(term.q, moved, motion)[0] - base) / step
-    return out @ setting.coordinates.jacobian(setting.coordinates.vector(rig))
 
 
 def _part(

@@ -23,6 +23,9 @@ _MOST_ROUNDING = 2.0
 
 _LEAST_DAMPING = 1e-9
 
+# Damping from which on a step is a small one along a bent valley, and its most lengths.
+_BENT, _FURTHEST = 1e-3, 20.0
+
 LAST_ROUNDS = 15
 """Most rounds of a fit that is carried to its end."""
 
@@ -112,11 +115,34 @@ def joint_step(
             if tried == 0 or value_at(setting, *point) < here.value:
                 there = evaluate(setting, *point)
                 if there.value < here.value:
-                    return there, max(damping / 100.0, _LEAST_DAMPING)
+                    if damping >= _BENT:
+                        there = _further(setting, here, there)
+                    return there, max(damping / (100.0 if tried == 0 else 10.0), _LEAST_DAMPING)
         except (InputError, OverflowError, np.linalg.LinAlgError):
             pass
         damping = max(10.0 * damping, 1e-4)
     return here, damping
+
+
+def _further(setting: Setting, here: Fit, there: Fit) -> Fit:
+    """Where the same step leads when it is made twice as long while that gains."""
+    best, value, share = None, there.value, 1.0
+    while share < _FURTHEST:
+        terms = tuple(
+            Term(b.source, b.source.bounded(b.q + share * (b.q - a.q)))
+            for a, b in zip(here.terms, there.terms, strict=True)
+        )
+        starts = [b + share * (b - a) for a, b in zip(here.starts, there.starts, strict=True)]
+        vector = there.vector + share * (there.vector - here.vector)
+        point = (vector, terms, there.noise, starts, there.motions)
+        try:
+            found = value_at(setting, *point)
+        except (InputError, OverflowError, np.linalg.LinAlgError):
+            break
+        if not found < value:
+            break
+        best, value, share = point, found, 2.0 * share + 1.0
+    return there if best is None else evaluate(setting, *best)
 
 
 def better_noise(setting: Setting, here: Fit, *, sizes: bool) -> NoiseModel:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drill_env._types import BoolArray, FloatArray
+from drill_env.diagnosis.at_rest import best_at_rest
 from drill_env.diagnosis.extended import THREADS
 from drill_env.diagnosis.grids import around, grid_of
 from drill_env.diagnosis.ground import Ground, Known
@@ -25,7 +26,7 @@ _LEAST, _MOST = 0.3, 3.0
 # Share of a column's information that must be new; less is an alias of what is there.
 _ALIAS = 1e-5
 # Points of a grid that are scored at once, beyond which one recording chooses, and how many.
-_BLOCK, _MANY, _WORTH = 32, 24, 12
+_BLOCK, _MANY, _WORTH = 32, 8, (3, 8)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,13 +61,9 @@ def _moments(
     m = len(ground.fit.gradient)
 
     def one(known: Known) -> tuple[FloatArray, FloatArray, FloatArray]:
-        loads, errors = [], []
-        for term in terms:
-            torque, error = _columns(term, rig, known.motion)
-            loads.append(torque)
-            errors.append(error)
+        torques, errors = zip(*(_columns(t, rig, known.motion) for t in terms), strict=True)
         columns = slopes_of(
-            known.samples, noise, known.path, np.concatenate(loads, 2), np.concatenate(errors, 2)
+            known.samples, noise, known.path, np.concatenate(torques, 2), np.concatenate(errors, 2)
         )[known.used]
         own = known.nuisance[:, m:]
         columns = columns - own @ (known.solved @ columns)
@@ -151,6 +148,10 @@ def score_effects(ground: Ground, effects: Iterable[Effect]) -> list[Scored]:
     """The best numbers of each effect, best effect first."""
     scored = []
     for effect in effects:
+        if effect.only_at_rest:
+            found = best_at_rest(ground, Named(effect))
+            scored += [Scored(*found)] if found else []
+            continue
         best = best_point(ground, Named(effect), grid_of(effect, ground))
         for _ in range(_REFINEMENTS):
             if best is None or all(p.role != "shape" for p in effect.parameters):
@@ -188,7 +189,7 @@ def best_point(ground: Ground, source: Named, points: Sequence[FloatArray]) -> S
         loudest = max(ground.known, key=lambda k: float(k.white @ k.white) / len(k.white))
         first = _scored_points(ground, source, points, [loudest])
         order = sorted(range(len(points)), key=lambda i: -_gain(first[i]))
-        points = [points[i] for i in sorted(order[:_WORTH])]
+        points = [points[i] for i in sorted(order[: min(max(len(points) // 3, _WORTH[0]), _WORTH[1])])]
     return max(_scored_points(ground, source, points), key=_gain, default=None)
 
 

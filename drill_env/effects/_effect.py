@@ -52,12 +52,12 @@ class Effect:
         neighbours: effects it is easily confused with.
         aliases: effects that no recording tells from it.
         source: reference.
-        follows: parameters of the rig that its torque follows.
         stands_for: parameter of the rig that it is; a search offers it where the rig lacks that.
         axis_only: whether a search offers it for one inertia alone: with a string the upper disc
             hardly reverses.
         at_rest: whether it decides when a disc comes to rest and leaves it: a filter then takes
             it at its own state.
+        only_at_rest: whether it acts on a disc at rest alone: no torque along a motion shows it.
         kernel: compiled function of (p, q, m, s, out).
     """
 
@@ -72,10 +72,10 @@ class Effect:
     neighbours: tuple[str, ...] = ()
     aliases: tuple[str, ...] = ()
     source: str = ""
-    follows: tuple[str, ...] = ()
     stands_for: str = ""
     axis_only: bool = False
     at_rest: bool = False
+    only_at_rest: bool = False
     senses: bool = field(default=False)
 
     def vector(self, values: dict[str, float]) -> FloatArray:

@@ -46,4 +46,5 @@ EFFECT = Effect(
     ),
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994)",
     at_rest=True,
+    only_at_rest=True,
 )

@@ -15,10 +15,9 @@ from math import exp, log
 from drill_env._jit import kernel
 from drill_env.identification._filter_effects import (
     act,
-    bend,
     bend_transition,
     forget_acting,
-    parts_of,
+    look_ahead,
 )
 from drill_env.identification._filter_state import (
     D_L,
@@ -86,15 +85,6 @@ def stop_reversed(f, run):
 
 
 @kernel
-def look_ahead(f, p, run, effects, t, dt, u):
-    """Effects' torques over the coming interval, or over its first part."""
-    load_state(f, p, run)
-    bend(f, p, run, effects, t, dt, u)
-    f.parts = parts_of(f, run, effects, dt)
-    act(f, p, run, effects, t, dt / f.parts, u)
-
-
-@kernel
 def follow_modes(f, p, run, u):
     """Modes after a measurement moved the state and effects changed the torques."""
     load_state(f, p, run)
@@ -126,11 +116,11 @@ def spread_covariance(f, dt):
             for m in range(N_FILTER):
                 total += f.F[i, m] * f.P[m, j]
             f.FP[i, j] = total
-        for c in range(f.slopes):
-            total = f.FS[i, c]
+        if f.slopes > 0:
             for m in range(N_FILTER):
-                total += f.F[i, m] * f.S[m, c]
-            f.FS[i, c] = total
+                share = f.F[i, m]
+                for c in range(N_SLOPES):
+                    f.FS[i, c] += share * f.S[m, c]
     decay_u, decay_l = exp(-f.rate[0] * dt), exp(-f.rate[1] * dt)
     for j in range(N_FILTER):
         f.FP[D_U, j] = decay_u * f.P[D_U, j]
@@ -224,10 +214,12 @@ def update(f, reading, measured, noise, gradient, information):
         loss = 2.0 * gap * gap / used - f.robust * f.robust
     f.value += loss + log(variance)
     f.count += 1
-    for c in range(f.slopes):
-        gradient[c] += f.slope[c] * gap / used
-        for d in range(c + 1):
-            information[c, d] += f.slope[c] * f.slope[d] / used
+    # A path's reader sums them up itself, and the errors of its own along with them.
+    if f.summed:
+        for c in range(f.slopes):
+            gradient[c] += f.slope[c] * gap / used
+            for d in range(c + 1):
+                information[c, d] += f.slope[c] * f.slope[d] / used
     for i in range(N_FILTER):
         gain = f.PH[i] / used
         f.y[i] += gain * gap
@@ -325,6 +317,7 @@ def run_filter(
         f.load[0], f.load[1] = loads[k, 0], loads[k, 1]
         stop_reversed(f, run)
         if effects.bundle.codes.size > 0 and k + 1 < t.size:
+            load_state(f, p, run)
             look_ahead(f, p, run, effects, t[k], t[k + 1] - t[k], u[k])
         follow_modes(f, p, run, u[k])
         if path.size > 0:

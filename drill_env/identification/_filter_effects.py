@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drill_env._jit import kernel
-from drill_env._types import FloatArray
+from drill_env._types import FloatArray, IntArray
 from drill_env.effects._bundle import Bundle, add_torques
 from drill_env.identification._filter_state import D_L, D_U
 from drill_env.integrator._extended import foresee
@@ -28,8 +28,10 @@ class Acting(NamedTuple):
     """Effects with what they remember and what they say."""
 
     bundle: Bundle
+    discs: IntArray  # 1 where one of them acts on the upper, lower disc
     memories: FloatArray
     trial: FloatArray
+    after: FloatArray
     signal: np.ndarray
     response: np.ndarray
 
@@ -63,31 +65,55 @@ def answer(f, p, run, effects, t, dt, u):
 
 
 @kernel
-def act(f, p, run, effects, t, dt, u):
-    """What the effects do over `dt` s from the integrator's state."""
-    answer(f, p, run, effects, t, dt, u)
-    recall(effects.trial, effects.memories)
+def commit(f, p, effects, memories, torque_u, torque_l):
+    """The effects go on with these memories and act with these torques."""
+    recall(memories, effects.memories)
     f.fresh = 0
-    f.acted[0], f.acted[1] = effects.response[0].torque_u, effects.response[0].torque_l
-    p.load_u = f.load[0] + f.y[D_U] + f.acted[0]
-    p.load_l = f.load[1] + f.y[D_L] + f.acted[1]
+    f.acted[0], f.acted[1] = torque_u, torque_l
+    p.load_u = f.load[0] + f.y[D_U] + torque_u
+    p.load_l = f.load[1] + f.y[D_L] + torque_l
 
 
 @kernel
-def bend(f, p, run, effects, t, dt, u):
-    """How the torques follow the speeds of the discs that move, to `f.bend`."""
+def act(f, p, run, effects, t, dt, u):
+    """What the effects do over `dt` s from the integrator's state."""
     out = effects.response[0]
     answer(f, p, run, effects, t, dt, u)
+    commit(f, p, effects, effects.trial, out.torque_u, out.torque_l)
+
+
+@kernel
+def look_ahead(f, p, run, effects, t, dt, u):
+    """What the effects do over the coming interval of `dt` s, or its first part, and the slopes."""
+    out = effects.response[0]
+    answer(f, p, run, effects, t, dt, u)
+    recall(effects.trial, effects.after)
+    f.parts = parts_of(run, effects, dt)
     torque_u, torque_l = out.torque_u, out.torque_l
     for disc in range(2):
         kept = run.y[1 + disc]
         f.bend[0, disc] = f.bend[1, disc] = 0.0
-        if kept != 0.0:
+        if effects.discs[disc] != 0 and kept != 0.0:
             run.y[1 + disc] = kept + _STEP
             answer(f, p, run, effects, t, dt, u)
             f.bend[0, disc] = (out.torque_u - torque_u) / _STEP
             f.bend[1, disc] = (out.torque_l - torque_l) / _STEP
             run.y[1 + disc] = kept
+    if f.parts == 1:
+        commit(f, p, effects, effects.after, torque_u, torque_l)
+    else:
+        act(f, p, run, effects, t, dt / f.parts, u)
+
+
+@kernel
+def parts_of(run, effects, dt):
+    """Into how many parts an interval is cut: one, but where such a disc rests or is about to."""
+    s = effects.signal[0]
+    rests_u = run.mode[0] == 0 or s.omega_u == 0.0
+    rests_l = run.mode[1] == 0 or s.omega_l == 0.0
+    if (effects.discs[0] != 0 and rests_u) or (effects.discs[1] != 0 and rests_l):
+        return int(ceil(dt / _HOLD - 1e-6))
+    return 1
 
 
 @kernel
@@ -96,14 +122,3 @@ def bend_transition(f):
     for i in range(N_STATE):
         for disc in range(2):
             f.F[i, 1 + disc] += f.F[i, D_U] * f.bend[0, disc] + f.F[i, D_L] * f.bend[1, disc]
-
-
-@kernel
-def parts_of(f, run, effects, dt):
-    """Into how many parts an interval is cut: one, but where a disc rests or is about to."""
-    if effects.bundle.codes.size == 0:
-        return 1
-    s = effects.signal[0]
-    if s.omega_u != 0.0 and s.omega_l != 0.0 and run.mode[0] != 0 and run.mode[1] != 0:
-        return 1
-    return int(ceil(dt / _HOLD - 1e-6))

@@ -18,6 +18,7 @@ FILTER = np.dtype(
         ("robust", "f8"),  # innovations beyond so many standard deviations lose weight
         ("release", "f8"),  # innovations beyond so many standard deviations free a stuck disc
         ("slopes", "i8"),  # columns of S; 0 for none
+        ("summed", "i8"),  # whether gradient and information are wanted
         ("offset", "f8"),
         ("load", "f8", (2,)),  # known torques on the discs, Nm
         # Effects at the filtered state: their torques (Nm), the slopes of these by the speeds,

@@ -9,6 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from drill_env._types import FloatArray, IntArray
+from drill_env.effects import LIBRARY, ORDER
+from drill_env.effects._bundle import Bundle
 from drill_env.effects._signal import RESPONSE, SIGNAL
 from drill_env.friction import kernel_record
 from drill_env.identification._filter import run_filter
@@ -112,6 +114,15 @@ class _Run(NamedTuple):
     path: np.ndarray
 
 
+def _acting(bundle: Bundle) -> Acting:
+    memories = np.zeros((3, len(bundle.codes), REMEMBERED))
+    upper = [LIBRARY[ORDER[code]].equation == "upper" for code in bundle.codes]
+    discs = np.array([any(upper), not all(upper)], dtype=np.int64)
+    return Acting(
+        bundle, discs, *memories, np.zeros(1, dtype=SIGNAL), np.zeros(1, dtype=RESPONSE)
+    )
+
+
 def _filter(
     samples: Samples,
     rig: Rig,
@@ -127,7 +138,7 @@ def _filter(
     f["variance"] = (noise.torque_u**2, noise.torque_l**2)
     f["rate"] = (1.0 / noise.tau_u, 1.0 / noise.tau_l)
     f["robust"], f["slopes"] = robust, N_SLOPES if slopes else 0
-    f["release"], f["parts"] = samples.release, 1
+    f["release"], f["parts"], f["summed"] = samples.release, 1, path_rows == 0
     run = np.zeros(1, dtype=RUN)
     run["h"] = samples.t[1]
     work = new_work(
@@ -140,11 +151,7 @@ def _filter(
         np.zeros(2), np.zeros((1, 1)), np.zeros(0), np.zeros((0, 4)),
         np.zeros((0, 2), dtype=np.int64), np.zeros(256, dtype=EVENT), np.zeros((0, 4, 1)),
     )  # fmt: skip
-    memories = np.zeros((len(samples.acting.codes), REMEMBERED))
-    acting = Acting(
-        samples.acting, memories, memories.copy(), np.zeros(1, dtype=SIGNAL),
-        np.zeros(1, dtype=RESPONSE),
-    )  # fmt: skip
+    acting = _acting(samples.acting)
     windows, readings = len(samples.restarts), samples.angles.shape[1]
     left = _Run(
         f, np.zeros((windows, N_SLOPES)), np.zeros((windows, N_SLOPES, N_SLOPES)),

@@ -1,0 +1,82 @@
+"""Where to begin with an effect that acts on a disc at rest alone.
+
+It decides when the disc breaks away. A break-away that comes too late is as wrong as one that comes
+too early, and what is right lies in a narrow valley that no slope leads to: the likelihood itself
+is asked, over sizes as well as shapes.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+
+from drill_env._types import FloatArray, IntArray
+from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.ground import Ground
+from drill_env.diagnosis.moves import gain_of, own_values
+from drill_env.diagnosis.terms import Named, Term
+
+# Sizes of an amplitude, in usual ones: no further apart than the valley is wide.
+_SIZES = tuple(1.2**k for k in range(-2, 17))
+# Points around which the recording that rests most tries sizes between, and that it passes to all.
+_NEAR, _BETWEEN, _WORTH = 5, (0.9, 0.95, 1.05, 1.1), 6
+
+
+def best_at_rest(ground: Ground, source: Named) -> tuple[Term, float] | None:
+    """The numbers of an effect that make the recordings most likely while the rig stays.
+
+    Args:
+        ground: where the effect joins.
+        source: it.
+
+    Returns:
+        The term, and the fall of minus twice the log likelihood; None where no disc ever rested.
+    """
+    setting, fit = ground.setting, ground.fit
+    disc = 0 if source.effect.equation == "upper" else 1
+    rested = [_rows_before_break_aways(known.path.rows["stuck"][:, disc]) for known in ground.known]
+    if not any(rested):
+        return None
+    one = _alone(setting, fit, int(np.argmax(rested)))
+    ranked = _ranked(*one, [Term(source, q) for q in _points(source)])
+    near = [_resized(term, share) for term, _ in ranked[:_NEAR] for share in _BETWEEN]
+    few = sorted([*ranked, *_gains(*one, near)], key=lambda found: -found[1])[:_WORTH]
+    return max(_gains(setting, fit, [term for term, _ in few]), key=lambda found: found[1])
+
+
+def _resized(term: Term, share: float) -> Term:
+    assert isinstance(term.source, Named)
+    sizes = [share if p.role == "amplitude" else 1.0 for p in term.source.effect.parameters]
+    return Term(term.source, term.source.bounded(term.q * sizes))
+
+
+def _rows_before_break_aways(stuck: IntArray) -> int:
+    leaves = np.flatnonzero(np.diff(stuck) < 0)
+    return int(stuck[: leaves[-1] + 1].sum()) if len(leaves) else 0
+
+
+def _points(source: Named) -> list[FloatArray]:
+    axes = [
+        tuple(p.grid[0] * size for size in _SIZES) if p.role == "amplitude" else p.grid
+        for p in source.effect.parameters
+    ]
+    return [source.bounded(np.array(point)) for point in itertools.product(*axes)]
+
+
+def _alone(setting: Setting, fit: Fit, place: int) -> tuple[Setting, Fit]:
+    """The setting and the fit of one recording."""
+    return (
+        replace(setting, samples=(setting.samples[place],)),
+        replace(fit, starts=(fit.starts[place],), motions=(fit.motions[place],)),
+    )
+
+
+def _gains(setting: Setting, fit: Fit, terms: list[Term]) -> list[tuple[Term, float]]:
+    own = own_values(setting, fit)
+    return [(term, gain_of(setting, fit, term, own)) for term in terms]
+
+
+def _ranked(setting: Setting, fit: Fit, terms: list[Term]) -> list[tuple[Term, float]]:
+    return sorted(_gains(setting, fit, terms), key=lambda found: -found[1])
