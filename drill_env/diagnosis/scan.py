@@ -21,6 +21,8 @@ from drill_env.identification.smoothing import slopes_of
 from drill_env.parameters import Rig
 
 _REFINEMENTS = 3
+# Fall of minus twice the log likelihood below which nothing is worth a closer look.
+_DULL = 4.0
 # A shape without an amplitude has size 1; a first look along a wrong motion may be off by this.
 _LEAST, _MOST = 0.3, 3.0
 # Share of a column's information that must be new; less is an alias of what is there.
@@ -154,7 +156,9 @@ def score_effects(ground: Ground, effects: Iterable[Effect]) -> list[Scored]:
             continue
         best = best_point(ground, Named(effect), grid_of(effect, ground))
         for _ in range(_REFINEMENTS):
-            if best is None or all(p.role != "shape" for p in effect.parameters):
+            if best is None or best.gain < _DULL * ground.dispersion:
+                break
+            if all(p.role != "shape" for p in effect.parameters):
                 break
             finer = best_point(ground, Named(effect), around(effect, best.term.q, _))
             if finer is not None and finer.gain > best.gain:
