@@ -43,7 +43,6 @@ _SAME = {
     "lower_asymmetry": "asymmetry",
     "presliding": "distance",
     "friction_lag": "tau=time_constant",
-    # At rest alone: the tool's extra hold fades within 0.005 rad of slip, the maker's at once.
     "dwell_stiction": "torque tau=time_constant",
     "brake_runout": "runout phase",
     "unbalance": "torque phase",

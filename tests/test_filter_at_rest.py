@@ -1,0 +1,134 @@
+"""Effects that decide when a disc rests, taken by the filter at its own state."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.concealed.fields import PAPER, plant_record
+from benchmarks.concealed.signals import signal
+from drill_env import Rig
+from drill_env.diagnosis.at_rest import best_at_rest
+from drill_env.diagnosis.extended import whitened
+from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.ground import ground_at
+from drill_env.diagnosis.moves import added
+from drill_env.diagnosis.search import base_fit
+from drill_env.diagnosis.terms import Named, Term, with_terms
+from drill_env.effects import LIBRARY
+from drill_env.identification.noise import NoiseModel
+from drill_env.identification.prediction_error import path_of
+from drill_env.identification.samples import Samples, prepare
+from drill_env.integrator.extended import run_extended
+from drill_env.parameters import SYMBOLS
+from drill_env.recordings import Recording
+
+QUANTUM = 2.0 * math.pi / 8192
+# Torques that nobody knows are next to none: what is predicted wrong shows.
+NOISE = NoiseModel(1e-3, 1e-5, 0.1, 0.1, QUANTUM / math.sqrt(12.0), QUANTUM / math.sqrt(12.0))
+NUMBERS = {
+    "lower_stribeck": (0.0235, 0.2),
+    "presliding": (0.004,),
+    "dwell_stiction": (0.02, 1.0),
+    "friction_lag": (0.02,),
+    "rate_state": (0.003, 0.3, 0.5),
+    "upper_stribeck": (0.1, 0.4),
+}
+
+
+def term_of(name: str) -> Term:
+    return Term(Named(LIBRARY[name]), np.array(NUMBERS[name]))
+
+
+def played(name: str, family: str = "chirp") -> Samples:
+    """A recording of the paper's rig with an effect, with rests and reversals."""
+    u = signal(family, np.random.default_rng(3), plant_record(PAPER))
+    t = 5e-3 * np.arange(len(u))
+    names = [p.name for p in LIBRARY[name].parameters]
+    rig = Rig(effects=({"id": name, **dict(zip(names, NUMBERS[name], strict=True))},))
+    angles = run_extended(rig, t, u, np.zeros(4), substep=2.5e-4)[1]
+    angles = np.round(angles / QUANTUM) * QUANTUM
+    quanta = dict.fromkeys(("theta_u", "theta_l"), QUANTUM)
+    samples = prepare(Recording(t, u, angles[:, 0], angles[:, 1], quanta=quanta), Rig())
+    return replace(samples, starts=np.zeros_like(samples.starts))
+
+
+def setting_of(*samples: Samples) -> tuple[Setting, Fit]:
+    """A setting in which all but Ju is free, and the paper's rig in it."""
+    return base_fit(samples, Rig(), [name for name in SYMBOLS if name != "Ju"])
+
+
+@pytest.mark.parametrize("name", list(NUMBERS))
+def test_the_true_effect_leaves_rounding_alone(name: str):
+    samples = played(name)
+    given = with_terms(samples, (term_of(name),), Rig(), None)  # type: ignore[arg-type]
+    with_it = path_of(given, Rig(), NOISE, samples.starts)
+    without = path_of(samples, Rig(), NOISE, samples.starts)
+    seen = with_it.trace.standardised[400:]
+    assert np.sqrt(np.mean(seen**2)) < 1.25
+    assert with_it.value < without.value - 100.0
+
+
+@pytest.mark.parametrize("name", ["lower_stribeck", "presliding", "dwell_stiction", "rate_state"])
+def test_slopes_are_those_of_the_predictions(name: str):
+    samples, term = played(name), term_of(name)
+    setting, base = setting_of(samples)
+    noise = replace(NOISE, torque_u=0.02, torque_l=2e-4)
+    vector, motion = setting.coordinates.vector(Rig()), base.motions[0]
+
+    def path(vector, slopes=False):
+        rig = setting.coordinates.rig(vector)
+        given = with_terms(samples, (term,), rig, motion)
+        return given, rig, path_of(given, rig, noise, samples.starts, slopes=slopes)
+
+    given, rig, here = path(vector, True)
+    jacobian = setting.coordinates.jacobian(vector)
+    columns = whitened(
+        given, setting, rig, jacobian, (term,), noise, samples.starts, here, motion
+    )
+    for name_of_rig in ("Jl", "Tsl", "T1", "km"):
+        place = setting.coordinates.free.index(name_of_rig)
+        step = np.zeros_like(vector)
+        step[place] = 1e-5 * max(abs(vector[place]), 1.0)
+        moved = (path(vector - step)[2].rows["white"] - path(vector + step)[2].rows["white"]) / (
+            2.0 * step[place]
+        )
+        column = columns[:, :, place]
+        # Bristles bend further where the disc stands further, which the slopes leave out.
+        share = 0.2 if name == "presliding" else 0.02
+        assert np.linalg.norm(moved - column) < share * np.linalg.norm(moved)
+
+
+def test_a_stronger_hold_is_sought_by_the_likelihood_itself():
+    setting, base = setting_of(*(played("dwell_stiction", family) for family in ("ramp", "chirp")))
+    found = best_at_rest(ground_at(setting, base), Named(LIBRARY["dwell_stiction"]))
+    assert found is not None and found[1] > 50.0
+    fit = added(setting, base, found[0])
+    assert base.value - fit.value == pytest.approx(found[1], rel=1e-6)
+    hold = [q[0] * (1.0 - math.exp(-1.0 / q[1])) for q in (found[0].q, NUMBERS["dwell_stiction"])]
+    assert hold[0] == pytest.approx(hold[1], rel=0.3)
+
+
+def test_a_disc_that_never_rests_says_nothing_of_its_hold():
+    t = 5e-3 * np.arange(4001)
+    u = 5.0 * np.minimum(t, 1.0)
+    angles = run_extended(Rig(), t, u, np.array([0.0, 2.0, 2.0, 0.0]))[1]
+    samples = prepare(Recording(t, u, angles[:, 0], angles[:, 1]), Rig())
+    setting, base = setting_of(samples)
+    assert best_at_rest(ground_at(setting, base), Named(LIBRARY["dwell_stiction"])) is None
+
+
+def test_presliding_yields_below_the_brakes_torque_and_springs_back():
+    t = 1e-2 * np.arange(1001)
+    start = np.array([0.5 * Rig().Tsl / Rig().ktheta, 0.0, 0.0, 0.0])
+    held, _ = run_extended(Rig(), t, np.zeros_like(t), start)
+    yielding = Rig(effects=({"id": "presliding", "distance": 0.02},))
+    sprung, _ = run_extended(yielding, t, np.zeros_like(t), start)
+    assert not held[:, 3].any()
+    # Dahl's curve says how far it goes when it goes there slowly; here it swings beyond that.
+    rest = -0.02 * math.log(1.0 - 0.5)
+    assert rest < sprung[:, 3].max() < 4.0 * rest
+    assert (sprung[:, 2] < -1e-3).any()
