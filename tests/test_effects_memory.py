@@ -13,7 +13,7 @@ _EFFECTS = {
     "motor_heating": {"loss": 0.2, "time_constant": 8.0},
     "string_creep": {"compliance": 0.2, "time_constant": 5.0},
     "string_hysteresis": {"torque": 0.02, "width": 0.3},
-    "wear": {"wear": 0.002},
+    "wear": {"loss": 0.3, "distance": 100.0},
     "friction_lag": {"time_constant": 0.1},
     "actuator_lag": {"time_constant": 0.3},
     "input_delay": {"delay": 0.13},
@@ -49,7 +49,7 @@ def test_a_run_goes_on_as_if_it_had_not_been_cut(name):
 
 
 def test_memories_are_cleared_at_a_gap():
-    rig = Rig().replace(effects=({"id": "wear", "wear": 0.002},))
+    rig = Rig().replace(effects=({"id": "wear", "loss": 0.3, "distance": 100.0},))
     motion, _ = _motion(rig, np.full(len(_T), 4.0))
     cut = Motion(motion.t, motion.u, motion.states, np.array([0, 1000]))
     counts, rows = substep_counts(rig, _T), np.array([0, 1000, 1500])

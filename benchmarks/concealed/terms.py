@@ -51,6 +51,7 @@ _SAME = {
     # tool.
     "friction_heating": "fade=loss tau=time_constant",
     "friction_step": "step time",
+    "wear": "loss distance",
     "quadratic_drag": "coefficient",
     "lower_disturbance": "amplitude=torque frequency phase",
     "torque_pulse": "torque time width=duration",
@@ -103,8 +104,6 @@ _MADE: dict[str, Callable[[Numbers, Numbers, int], dict[str, float]]] = {
 }
 
 LEFT_OUT = {
-    "wear.loss": "saturates with the way gone; the tool's grows in proportion to it",
-    "wear.distance": "the tool's wear has no distance at which it ends",
     "rate_state.torque": "its steady part bends the law of speed as no humped law can; the tool "
     "has none, and its contact stops growing older at rest",
     "rate_state.distance": "as its torque",

@@ -1,15 +1,18 @@
 """The brake wears with the way it has gone."""
 
+from math import exp
+
 from drill_env._jit import kernel
-from drill_env.effects._effect import Effect, amplitude
+from drill_env.effects._effect import Effect, amplitude, shape
 from drill_env.effects._signal import against
 
 
 @kernel
 def wear(p, q, m, s, out):
-    """wear s T_fl, ds/dt = |omega_l|."""
+    """-loss (1 - e^(-s/distance)) T_fl, ds/dt = |omega_l|."""
     m[0] += abs(s.omega_l) * s.dt
-    out.torque_l += against(s.omega_l, s.net_l, -q[0] * m[0] * s.friction_l)
+    share = q[0] * (1.0 - exp(-m[0] / q[1]))
+    out.torque_l += against(s.omega_l, s.net_l, -share * s.friction_l)
 
 
 EFFECT = Effect(
@@ -17,8 +20,22 @@ EFFECT = Effect(
     component="lower",
     equation="lower",
     depends_on="distance",
-    parameters=(amplitude("wear", "1/rad", 0.0005, most=1.0),),
-    formula="wear s T_fl, ds/dt = |omega_l|",
+    parameters=(
+        amplitude("loss", "1", 0.05, most=0.95),
+        shape(
+            "distance",
+            "rad",
+            (
+                25.0,
+                80.0,
+                250.0,
+                800.0,
+            ),
+            low=1.0,
+            high=100000.0,
+        ),
+    ),
+    formula="-loss (1 - e^(-s/distance)) T_fl, ds/dt = |omega_l|",
     meaning="The brake wears with the way it has gone.",
     kernel=wear,
     neighbours=(
