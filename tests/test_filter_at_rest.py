@@ -86,9 +86,7 @@ def test_slopes_are_those_of_the_predictions(name: str):
 
     given, rig, here = path(vector, True)
     jacobian = setting.coordinates.jacobian(vector)
-    columns = whitened(
-        given, setting, rig, jacobian, (term,), noise, samples.starts, here, motion
-    )
+    columns = whitened(given, setting, rig, jacobian, (term,), noise, samples.starts, here, motion)
     for name_of_rig in ("Jl", "Tsl", "T1", "km"):
         place = setting.coordinates.free.index(name_of_rig)
         step = np.zeros_like(vector)

@@ -57,9 +57,7 @@ def whitened(
             filtered = partial(
                 trace_of, rig=fit_rig, noise=noise, starts=starts, robust=setting.robust
             )
-            moved = _moved_predictions(
-                samples, terms, place, path.trace.innovation, filtered
-            )
+            moved = _moved_predictions(samples, terms, place, path.trace.innovation, filtered)
             columns.append(moved * path.rows["weight"][:, :, np.newaxis])
             continue
         loads, errors = term.slopes(fit_rig, motion)

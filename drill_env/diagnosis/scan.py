@@ -193,7 +193,9 @@ def best_point(ground: Ground, source: Named, points: Sequence[FloatArray]) -> S
         loudest = max(ground.known, key=lambda k: float(k.white @ k.white) / len(k.white))
         first = _scored_points(ground, source, points, [loudest])
         order = sorted(range(len(points)), key=lambda i: -_gain(first[i]))
-        points = [points[i] for i in sorted(order[: min(max(len(points) // 3, _WORTH[0]), _WORTH[1])])]
+        few, most = _WORTH
+        worth = order[: min(max(len(points) // 3, few), most)]
+        points = [points[i] for i in sorted(worth)]
     return max(_scored_points(ground, source, points), key=_gain, default=None)
 
 

@@ -6,6 +6,7 @@ from drill_env._jit import kernel
 from drill_env.effects._effect import Effect, amplitude, shape
 from drill_env.effects._signal import against
 
+
 @kernel
 def dwell_stiction(p, q, m, s, out):
     """holds torque (1 - e^(-dwell/time_constant)) more, until it slips."""

@@ -115,12 +115,13 @@ class _Run(NamedTuple):
 
 
 def _acting(bundle: Bundle) -> Acting:
-    memories = np.zeros((3, len(bundle.codes), REMEMBERED))
+    shape = (len(bundle.codes), REMEMBERED)
     upper = [LIBRARY[ORDER[code]].equation == "upper" for code in bundle.codes]
     discs = np.array([any(upper), not all(upper)], dtype=np.int64)
     return Acting(
-        bundle, discs, *memories, np.zeros(1, dtype=SIGNAL), np.zeros(1, dtype=RESPONSE)
-    )
+        bundle, discs, np.zeros(shape), np.zeros(shape), np.zeros(shape),
+        np.zeros(1, dtype=SIGNAL), np.zeros(1, dtype=RESPONSE),
+    )  # fmt: skip
 
 
 def _filter(
@@ -162,8 +163,8 @@ def _filter(
     variance = samples.repeats * sizes**2
     status = run_filter(
         f[0], kernel_record(rig)[0], run[0], work[0], TABLEAUX["dopri5"][0], samples.t, samples.u,
-        samples.loads, acting, samples.angles, variance, samples.restarts, starts, buffers, left.gradients,
-        left.informations, left.trace, left.path,
+        samples.loads, acting, samples.angles, variance, samples.restarts, starts, buffers,
+        left.gradients, left.informations, left.trace, left.path,
     )  # fmt: skip
     if status != DONE:
         f["value"] = math.inf
