@@ -406,7 +406,7 @@ def test_usual_size_changes_the_readings(name, plain):
 DISSIPATIVE = [
     {"id": "string_damping", "damping": 0.005},
     {"id": "quadratic_drag", "coefficient": 0.002},
-    {"id": "whirl_drag", "coefficient": 0.01, "speed": 1.0},
+    {"id": "whirl_drag", "torque": 0.003, "speed": 2.0, "damping": 0.3},
     {"id": "upper_quadratic_drag", "coefficient": 0.5},
     {"id": "lower_stribeck", "torque": 0.03, "velocity": 0.5},
     {"id": "upper_stribeck", "torque": 0.5, "velocity": 0.5},

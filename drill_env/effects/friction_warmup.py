@@ -33,7 +33,8 @@ EFFECT = Effect(
                 100.0,
             ),
             low=2.0,
-            high=10000.0,
+            # Slower than that it is a constant, which the rig's own friction is.
+            high=1000.0,
         ),
     ),
     formula="-excess e^(-t/time_constant) T_fu",

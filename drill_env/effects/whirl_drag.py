@@ -1,15 +1,16 @@
-"""Above some speed the string whirls and drags."""
+"""Near a critical speed the string whirls, and its orbit drags."""
 
 from drill_env._jit import kernel
 from drill_env.effects._effect import Effect, amplitude, shape
-from drill_env.effects._signal import sign
 
 
 @kernel
 def whirl_drag(p, q, m, s, out):
-    """-sign(omega_l) coefficient max(|omega_l| - speed, 0)^2."""
-    over = max(abs(s.omega_l) - q[1], 0.0)
-    out.torque_l -= sign(s.omega_l) * q[0] * over * over
+    """-torque r^5/((1 - r^2)^2 + (2 damping r)^2), r = omega_l/speed."""
+    r = s.omega_l / q[1]
+    square = r * r
+    apart, loss = 1.0 - square, 2.0 * q[2] * r
+    out.torque_l -= q[0] * r * square * square / (apart * apart + loss * loss)
 
 
 EFFECT = Effect(
@@ -18,28 +19,35 @@ EFFECT = Effect(
     equation="lower",
     depends_on="omega_l",
     parameters=(
-        amplitude("coefficient", "Nm s^2/rad^2", 0.0001, most=1.0),
+        amplitude("torque", "Nm", 0.0005, most=1.0),
         shape(
             "speed",
             "rad/s",
             (
-                2.0,
                 3.0,
-                4.0,
                 5.0,
-                6.0,
-                7.0,
+                6.5,
                 8.0,
-                9.0,
                 10.0,
-                12.0,
+                13.0,
             ),
             low=0.2,
             high=100.0,
         ),
+        shape(
+            "damping",
+            "1",
+            (
+                0.15,
+                0.4,
+            ),
+            low=0.02,
+            high=2.0,
+        ),
     ),
-    formula="-sign(omega_l) coefficient max(|omega_l| - speed, 0)^2",
-    meaning="Above some speed the string whirls and drags.",
+    formula="-torque r^5/((1 - r^2)^2 + (2 damping r)^2), r = omega_l/speed",
+    meaning="Near a critical speed the string whirls, and its orbit drags.",
     kernel=whirl_drag,
     neighbours=("quadratic_drag",),
+    source="Jeffcott rotor, drag with the square of the orbit; Jansen, J. Sound Vib. 147 (1991)",
 )
