@@ -13,6 +13,9 @@ from drill_env.diagnosis.waves import Wave
 NEEDED = 20.0
 """Gain of the information criterion below which an effect is not believed in."""
 
+NEEDED_BESIDE = 40.0
+"""The same beside another effect, whose formula need not be the rig's to the last digit."""
+
 # By this share more must a free shape explain before a name gives way to it.
 _NAMELESS = 0.3
 

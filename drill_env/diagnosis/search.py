@@ -17,7 +17,16 @@ from drill_env.diagnosis.fit import Fit, Setting, strain
 from drill_env.diagnosis.ground import ground_at
 from drill_env.diagnosis.joint import descend_jointly, polished
 from drill_env.diagnosis.moves import unstrained, with_new_motions
-from drill_env.diagnosis.rounds import NEEDED, Attempt, Found, Round, clearly, is_named, nameless
+from drill_env.diagnosis.rounds import (
+    NEEDED,
+    NEEDED_BESIDE,
+    Attempt,
+    Found,
+    Round,
+    clearly,
+    is_named,
+    nameless,
+)
 from drill_env.diagnosis.scan import Scored, score_effects, score_shapes
 from drill_env.diagnosis.shapes import come_round, free_shapes
 from drill_env.diagnosis.slips import slips
@@ -185,11 +194,11 @@ def find(
     for _ in range(most):
         found = search(setting, here, effects, report)
         rounds.append(found)
-        best = found.best
-        if best is None or best.criterion < NEEDED:
+        best, needed = found.best, NEEDED_BESIDE if here.terms else NEEDED
+        if best is None or best.criterion < needed:
             break
         chosen = found.named[0] if found.named else None
-        hopeless = chosen is None or chosen.criterion < NEEDED
+        hopeless = chosen is None or chosen.criterion < needed
         if hopeless or nameless(found):
             # A free shape stands in only where no name, nor two names together, come near.
             rival = polished(setting, best.fit)
