@@ -28,7 +28,7 @@ _LEAST, _MOST = 0.3, 3.0
 # Share of a column's information that must be new; less is an alias of what is there.
 _ALIAS = 1e-5
 # Points of a grid that are scored at once, beyond which one recording chooses, and how many.
-_BLOCK, _MANY, _WORTH = 32, 13, (3, 8)
+_BLOCK, _MANY, _WORTH = 32, 13, (8, 12)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
