@@ -125,8 +125,8 @@ def run_filter(
         if window + 1 < restarts.size and restarts[window + 1] == k:
             window += 1
             f.load[0], f.load[1] = loads[k, 0], loads[k, 1]
-            restart(f, p, run, starts[window], u[k])
             forget_acting(f, effects)
+            restart(f, p, run, starts[window], u[k])
         elif k > 0:
             buffers.breaks[0], buffers.breaks[1] = t[k - 1], t[k]
             buffers.piece[0, 0] = u[k - 1]
