@@ -20,8 +20,8 @@ from drill_env.identification.smoothing import slopes_of, smoothed
 from drill_env.parameters import SYMBOLS, Rig
 
 THREADS = 2
-# A filter's events come a little early or late: wider differences even that out.
-_AT_REST_STEPS = 10.0
+# Events that come a little early or late make predictions rough: two in a hundred even that out.
+_AT_REST_STEPS = 200.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

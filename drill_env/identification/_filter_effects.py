@@ -55,13 +55,50 @@ def recall(source, goal):
 
 
 @kernel
+def moving_share(effects, run, s, disc):
+    """Share of the foreseen interval until a disc of the effects comes to rest; 1 without end."""
+    omega = run.y[1 + disc]
+    rate = s.alpha_u if disc == 0 else s.alpha_l
+    if effects.discs[disc] == 0 or run.mode[disc] == 0 or omega == 0.0:
+        return 1.0
+    if omega * rate >= 0.0 or abs(rate) * s.dt <= abs(omega):
+        return 1.0
+    return abs(omega) / (abs(rate) * s.dt)
+
+
+@kernel
+def slide(s, disc, speed, dt):
+    """Let the signal's disc turn at a speed for some time."""
+    s.dt = dt
+    if disc == 0:
+        s.omega_u = speed
+    else:
+        s.omega_l = speed
+
+
+@kernel
 def answer(f, p, run, effects, t, dt, u):
     """Mean torques over `dt` s from the integrator's state go to the response."""
-    s = effects.signal[0]
+    s, out = effects.signal[0], effects.response[0]
     recall(effects.memories, effects.trial)
     s.first = f.fresh
     foresee(p, run, s, t, dt, u)
-    add_torques(p, effects.bundle, effects.trial, s, effects.response[0])
+    for disc in range(2):
+        share = moving_share(effects, run, s, disc)
+        if share < 1.0:
+            # It slides until it rests: by steps, the torque would jump where a little more speed
+            # carries it through.
+            speed = 0.5 * run.y[1 + disc]
+            slide(s, disc, speed, share * dt)
+            add_torques(p, effects.bundle, effects.trial, s, out)
+            torque_u, torque_l = out.torque_u, out.torque_l
+            s.first = 0
+            slide(s, disc, 0.0, (1.0 - share) * dt)
+            add_torques(p, effects.bundle, effects.trial, s, out)
+            out.torque_u = share * torque_u + (1.0 - share) * out.torque_u
+            out.torque_l = share * torque_l + (1.0 - share) * out.torque_l
+            return
+    add_torques(p, effects.bundle, effects.trial, s, out)
 
 
 @kernel
