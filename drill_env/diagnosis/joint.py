@@ -12,7 +12,7 @@ from drill_env._types import FloatArray
 from drill_env.diagnosis.extended import evaluate, value_at
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.moves import with_new_motions
-from drill_env.diagnosis.terms import Shape, Term, with_terms
+from drill_env.diagnosis.terms import Shape, Term, at_rest, with_terms
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_fit import noise_step
 
@@ -23,7 +23,9 @@ _MOST_ROUNDING = 2.0
 
 _LEAST_DAMPING = 1e-9
 
-# Damping from which on a step is a small one along a bent valley, and its most lengths.
+# Damping from which on a step is a small one along a bent valley, and its most lengths. Effects
+# within the filter have such valleys. A term along the smoothed motion, which knows the future,
+# would be led to cancel what the rig's own parameters do.
 _BENT, _FURTHEST = 1e-3, 20.0
 
 LAST_ROUNDS = 15
@@ -115,7 +117,7 @@ def joint_step(
             if tried == 0 or value_at(setting, *point) < here.value:
                 there = evaluate(setting, *point)
                 if there.value < here.value:
-                    if damping >= _BENT:
+                    if damping >= _BENT and any(at_rest(term) for term in here.terms):
                         there = _further(setting, here, there)
                     return there, max(damping / (100.0 if tried == 0 else 10.0), _LEAST_DAMPING)
         except (InputError, OverflowError, np.linalg.LinAlgError):

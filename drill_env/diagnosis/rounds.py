@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.scan import Scored
 from drill_env.diagnosis.slips import Slips
-from drill_env.diagnosis.terms import Named, Term
+from drill_env.diagnosis.terms import Named, Shape, Term
 from drill_env.diagnosis.waves import Wave
 
 NEEDED = 20.0
@@ -99,3 +101,18 @@ def nameless(found: Round) -> bool:
     shape = found.shapes[0].criterion
     name = found.named[0].criterion if found.named else 0.0
     return shape > NEEDED and shape > name + clearly(name)
+
+
+def rigs_own(attempt: Attempt) -> bool:
+    """Whether a free torque over the upper disc's speed is its Coulomb and viscous friction again.
+
+    Along the smoothed motion, which knows the future, such a torque predicts better than the rig's
+    own, which it cancels; beyond that, less is left than the noise of torque.
+    """
+    source = attempt.term.source
+    if not isinstance(source, Shape) or source.depends_on != "omega_u" or source.sort != "torque":
+        return False
+    knots, values = np.array(source.knots), attempt.term.q
+    own = np.column_stack([np.ones_like(knots), np.sign(knots), knots, np.abs(knots)])
+    left = values - own @ np.linalg.lstsq(own, values, rcond=None)[0]
+    return float(np.sqrt(np.mean(left**2))) < attempt.fit.noise.torque_u

@@ -26,6 +26,7 @@ from drill_env.diagnosis.rounds import (
     clearly,
     is_named,
     nameless,
+    rigs_own,
 )
 from drill_env.diagnosis.scan import Scored, score_effects, score_shapes
 from drill_env.diagnosis.shapes import come_round, free_shapes
@@ -110,7 +111,7 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     return Round(
         fit, (*named, *shapes, *waves),
         tuple(a for a in done if is_named(a.term)),
-        tuple(a for a in done if not is_named(a.term)),
+        tuple(a for a in done if not is_named(a.term) and not rigs_own(a)),
     )  # fmt: skip
 
 
