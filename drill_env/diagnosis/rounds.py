@@ -104,15 +104,20 @@ def nameless(found: Round) -> bool:
 
 
 def rigs_own(attempt: Attempt) -> bool:
-    """Whether a free torque over the upper disc's speed is its Coulomb and viscous friction again.
+    """Whether a free torque on the upper disc is its own friction or the string's pull again.
 
     Along the smoothed motion, which knows the future, such a torque predicts better than the rig's
     own, which it cancels; beyond that, less is left than the noise of torque.
     """
     source = attempt.term.source
-    if not isinstance(source, Shape) or source.depends_on != "omega_u" or source.sort != "torque":
+    if not isinstance(source, Shape) or source.component != "upper" or source.sort != "torque":
         return False
     knots, values = np.array(source.knots), attempt.term.q
-    own = np.column_stack([np.ones_like(knots), np.sign(knots), knots, np.abs(knots)])
+    if source.depends_on == "omega_u":
+        own = np.column_stack([np.ones_like(knots), np.sign(knots), knots, np.abs(knots)])
+    elif source.depends_on == "twist":
+        own = np.column_stack([np.ones_like(knots), knots])
+    else:
+        return False
     left = values - own @ np.linalg.lstsq(own, values, rcond=None)[0]
     return float(np.sqrt(np.mean(left**2))) < attempt.fit.noise.torque_u

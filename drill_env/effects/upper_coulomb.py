@@ -22,4 +22,5 @@ EFFECT = Effect(
     kernel=upper_coulomb,
     neighbours=("upper_stribeck", "upper_viscous"),
     stands_for="Tsu",
+    at_rest=True,
 )
