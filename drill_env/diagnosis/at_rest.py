@@ -40,10 +40,11 @@ def best_at_rest(ground: Ground, source: Named) -> tuple[Term, float] | None:
     if not any(rested):
         return None
     one = _alone(setting, fit, int(np.argmax(rested)))
-    ranked = _ranked(*one, [Term(source, q) for q in _points(source)])
+    tried = _gains(*one, [Term(source, q) for q in _points(source)])
+    ranked = sorted(tried, key=_gain, reverse=True)
     near = [_resized(term, share) for term, _ in ranked[:_NEAR] for share in _BETWEEN]
-    few = sorted([*ranked, *_gains(*one, near)], key=lambda found: -found[1])[:_WORTH]
-    return max(_gains(setting, fit, [term for term, _ in few]), key=lambda found: found[1])
+    few = sorted([*ranked, *_gains(*one, near)], key=_gain, reverse=True)[:_WORTH]
+    return max(_gains(setting, fit, [term for term, _ in few]), key=_gain)
 
 
 def _resized(term: Term, share: float) -> Term:
@@ -78,5 +79,5 @@ def _gains(setting: Setting, fit: Fit, terms: list[Term]) -> list[tuple[Term, fl
     return [(term, gain_of(setting, fit, term, own)) for term in terms]
 
 
-def _ranked(setting: Setting, fit: Fit, terms: list[Term]) -> list[tuple[Term, float]]:
-    return sorted(_gains(setting, fit, terms), key=lambda found: -found[1])
+def _gain(found: tuple[Term, float]) -> float:
+    return found[1]
