@@ -19,6 +19,9 @@ from drill_env.recordings import Recording
 SECONDS, RATE, COUNTS = 30.0, 200.0, 8192
 RIG = Rig().replace(km=3.66, bu=2.03, ktheta=0.0765, Tsl=0.0096, beta1=6.5)
 
+# 8e-4 rad/Nm between 0.4 and 0.6 of Ju.
+GEAR_HZ = math.sqrt(1.0 / 8e-4 / (0.24 * RIG.Ju)) / (2.0 * math.pi)
+
 
 def recordings(hidden, seed, count=3):
     truth = Truth({name: getattr(RIG, name) for name in SYMBOLS}, tuple(hidden))
@@ -109,7 +112,7 @@ def test_bad_arguments_are_named(unbalanced, arguments, named):
         ("encoder_delay_lower", {"delay": 0.03}, "delay", 0.03, 2e-3),
         ("actuator_lag", {"tau": 0.05}, "time_constant", 0.05, 1e-3),
         # At 20 Hz: only the voltage's steps show it.
-        ("gear_compliance", {"compliance": 8e-4, "motor_share": 0.4}, "stiffness", 1250.0, 900.0),
+        ("gear_compliance", {"compliance": 8e-4, "motor_share": 0.4}, "frequency", GEAR_HZ, 0.2),
     ],
 )
 def test_what_has_no_amplitude_is_named_too(name, told, parameter, truth, within):

@@ -185,6 +185,7 @@ def test_gear_agrees_with_two_discs_of_ones_own():
     """The upper disc split into a motor with the friction, and a disc behind a spring."""
     share, stiffness = 0.4, 8.0
     motor, disc = share * RIG.Ju, (1.0 - share) * RIG.Ju
+    frequency = math.sqrt(stiffness * (1.0 / motor + 1.0 / disc)) / (2.0 * math.pi)
     # A share of 0.07 of the critical damping of the two discs against each other.
     loss = 2.0 * 0.07 * math.sqrt(stiffness * motor * (1.0 - share))
 
@@ -202,7 +203,7 @@ def test_gear_agrees_with_two_discs_of_ones_own():
     )
     truth = found.y[:4].T
     effect = {
-        "id": "gear_compliance", "stiffness": stiffness, "motor_share": share,
+        "id": "gear_compliance", "frequency": frequency, "motor_share": share,
         "friction_share": 1.0, "damping": 0.07,
     }  # fmt: skip
     ours = simulate(extended(effect), wave, 6.0, initial=truth[0]).state
@@ -365,14 +366,14 @@ NEUTRAL = {
     "actuator_lag": {"time_constant": 1e-4},
     "input_delay": {"delay": 0.0},
     "gear_compliance": {
-        "stiffness": 1e5,
+        "frequency": 150.0,
         "motor_share": 0.5,
         "friction_share": 1.0,
         "damping": 0.07,
     },
     "gear_backlash": {
         "gap": 1e-4,
-        "stiffness": 1e5,
+        "frequency": 150.0,
         "motor_share": 0.5,
         "friction_share": 1.0,
         "damping": 0.07,

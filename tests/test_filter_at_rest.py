@@ -12,7 +12,7 @@ from benchmarks.concealed.fields import PAPER, plant_record
 from benchmarks.concealed.signals import signal
 from drill_env import Rig
 from drill_env.diagnosis.at_rest import best_at_rest
-from drill_env.diagnosis.extended import whitened
+from drill_env.diagnosis.extended import evaluate, whitened
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.ground import ground_at
 from drill_env.diagnosis.moves import added
@@ -36,11 +36,14 @@ NUMBERS = {
     "friction_lag": (0.02,),
     "rate_state": (0.003, 0.3, 0.5),
     "upper_stribeck": (0.1, 0.4),
+    "gear_compliance": (23.5, 0.35, 0.02, 0.05),
+    "gear_backlash": (0.01, 0.35, 20.0, 0.02, 0.3),
 }
 
 
 def term_of(name: str) -> Term:
-    return Term(Named(LIBRARY[name]), np.array(NUMBERS[name]))
+    effect = LIBRARY[name]
+    return Term(Named(effect, within=effect.refined_within), np.array(NUMBERS[name]))
 
 
 def played(name: str, family: str = "chirp") -> Samples:
@@ -70,6 +73,23 @@ def test_the_true_effect_leaves_rounding_alone(name: str):
     seen = with_it.trace.standardised[400:]
     assert np.sqrt(np.mean(seen**2)) < 1.25
     assert with_it.value < without.value - 100.0
+
+
+def test_a_start_that_comes_to_rest_at_once_is_moved_to_rest():
+    """Readings tell nothing of such a speed: its column is none, and a step would be anything."""
+    samples, term = played("gear_compliance"), term_of("gear_compliance")
+    starts = samples.starts.copy()
+    starts[0, 1] = -1e-4
+    spreads = np.full_like(samples.spreads, 0.1)
+    setting, base = setting_of(replace(samples, spreads=spreads))
+    fit = evaluate(
+        setting, setting.coordinates.vector(Rig()), (term,), NOISE, [starts], base.motions
+    )
+    assert samples.u[0] > 0.0
+    assert fit.start_steps[0][0, 1] == pytest.approx(1e-4)
+    assert (fit.start_slopes[0][0, 1] == 0.0).all()
+    # The other numbers of the start are found in spite of it.
+    assert np.abs(fit.start_steps[0][0, [0, 3]]).max() < QUANTUM
 
 
 @pytest.mark.parametrize("name", ["lower_stribeck", "presliding", "dwell_stiction", "rate_state"])

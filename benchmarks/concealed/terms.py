@@ -79,11 +79,19 @@ def _repeated(p: Numbers, rig: Numbers, counts: int) -> dict[str, float]:
     return {"share": 1.0 - (1.0 - p["share"] / run) ** run}
 
 
+def _ringing(stiffness: float, motor: float, disc: float) -> float:
+    return math.sqrt(stiffness * (1.0 / motor + 1.0 / disc)) / (2.0 * math.pi)
+
+
 _MADE: dict[str, Callable[[Numbers, Numbers, int], dict[str, float]]] = {
     # Per u^2/25 V^2 there, per u^2/9 V^2 here.
     "motor_heating": lambda p, rig, counts: {"loss": p["loss"] * 9.0 / 25.0},
     "gear_compliance": lambda p, rig, counts: {
-        "stiffness": 1.0 / p["compliance"],
+        "frequency": _ringing(
+            1.0 / p["compliance"],
+            p["motor_share"] * rig["Ju"],
+            (1.0 - p["motor_share"]) * rig["Ju"],
+        ),
         "damping": 0.05,
     },
     "gear_backlash": lambda p, rig, counts: {"damping": 0.3},
@@ -116,7 +124,7 @@ LEFT_OUT = {
 """Numbers of the maker that the tool does not have, by "effect.parameter".
 
 Numbers of the tool that the maker does not have: of both gears `friction_share`, 0 for the maker
-and so below the tool's range, and the stiffness of the backlash's teeth, which never pull there.
+and so below the tool's range, and the frequency of the backlash's teeth, which never pull there.
 Another friction law ("friction_shape") is left out too: its intervals hold Ju as given, and with
 it a scale of torque that is not the true one.
 """

@@ -9,9 +9,9 @@ from functools import partial
 
 import numpy as np
 
-from drill_env._types import FloatArray
+from drill_env._types import BoolArray, FloatArray
 from drill_env.diagnosis.fit import Fit, Setting, prior, start_prior
-from drill_env.diagnosis.terms import Term, acting, at_rest, with_terms
+from drill_env.diagnosis.terms import Named, Term, acting, at_rest, with_terms
 from drill_env.effects.along import Motion
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.prediction_error import Path, Trace, path_of, trace_of
@@ -20,8 +20,6 @@ from drill_env.identification.smoothing import slopes_of, smoothed
 from drill_env.parameters import SYMBOLS, Rig
 
 THREADS = 2
-# Events that come a little early or late make predictions rough: two in a hundred even that out.
-_AT_REST_STEPS = 200.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,7 +69,8 @@ def _moved_predictions(
 ) -> FloatArray:  # fmt: skip
     """How the predictions follow the numbers of a term that acts within the filter."""
     term, columns = terms[place], []
-    for i, step in enumerate((_AT_REST_STEPS * term.source.steps(term.q)).tolist()):
+    assert isinstance(term.source, Named)
+    for i, step in enumerate(term.source.probes(term.q).tolist()):
         q = term.q.copy()
         q[i] += step
         moved = [*terms[:place], Term(term.source, q), *terms[place + 1 :]]
@@ -98,9 +97,12 @@ def _part(
     inner_columns = path.rows["slopes"][:, :, len(SYMBOLS) :]
     for i in range(len(starts)):
         rows = slice(edges[i], edges[i + 1])
-        free = np.flatnonzero(~known[i])
         here = used[rows]
-        z, w = inner_columns[rows][here][:, free], path.rows["white"][rows][here]
+        z, w = inner_columns[rows][here], path.rows["white"][rows][here]
+        still = ~known[i] & _soon_at_rest(z, float(samples.t[edges[i] + 1] - samples.t[edges[i]]))
+        steps[i, still] = -starts[i, still]
+        free = np.flatnonzero(~known[i] & ~still)
+        z = z[:, free]
         inner = z.T @ z + np.diag(weights[i, free])
         across = np.linalg.solve(inner, z.T @ columns[rows][here])
         pull = z.T @ w + (weights[i] * miss[i])[free]
@@ -111,6 +113,18 @@ def _part(
     value = path.value + lost_value(samples, given, path.value, int(used.sum()))
     value += float(np.sum(weights * miss**2))
     return _Part(value, gradient, information, steps, slopes, int(used.sum()), path.trace)
+
+
+def _soon_at_rest(columns: FloatArray, dt: float) -> BoolArray:
+    """Which speeds of a start do not outlast the first interval, shape (starts,).
+
+    The disc comes to rest in it, and readings tell nothing of such a speed: a step of it would be
+    anything. Begun at rest, the disc moves with the speed that it gets.
+    """
+    shown = np.linalg.norm(columns, axis=0)
+    still = shown < dt * shown[3]
+    still[[0, 3, 4]] = False
+    return still
 
 
 def lost_value(samples: Samples, given: Samples, value: float, used: int) -> float:

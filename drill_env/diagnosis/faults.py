@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drill_env._types import BoolArray
 from drill_env.diagnosis.clock import FEWEST, stale_rows
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.terms import with_terms
@@ -92,12 +93,19 @@ def _stale(recordings: Sequence[Recording]) -> Fault | None:
     if stale < FEWEST:
         return None
     share = stale / moving
-    error = 1.96 * math.sqrt(stale) / moving
+    # Rows go missing in runs: of those there are fewer to average over.
+    error = 1.96 * math.sqrt(sum(_squared_runs(rows) for rows, _ in told)) / moving
     return Fault(
         "missing_samples", {"share": (share, max(share - error, 0.0), share + error, "1")},
         math.sqrt(stale) * _CERTAIN / math.sqrt(FEWEST),
         f"{stale} rows repeat the row before although the discs turn: samples are missing.",
     )  # fmt: skip
+
+
+def _squared_runs(stale: BoolArray) -> float:
+    """Sum of the squared lengths of runs of stale rows."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], stale, [False]]).astype(int)))
+    return float(((edges[1::2] - edges[::2]) ** 2).sum())
 
 
 def _bits(recordings: Sequence[Recording]) -> Fault | None:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from drill_env._types import FloatArray
 from drill_env.diagnosis.belief import belief_in, chance, changes, numbers_of, probabilities
 from drill_env.diagnosis.faults import Fault
 from drill_env.diagnosis.law import LawFit
@@ -73,8 +74,8 @@ def _lost_counts(found: Found) -> list[NamedEffect]:
     for name in ids:
         steps = np.concatenate([t.q for t in found.final.terms if t.id == name])
         real = np.abs(steps[np.abs(steps) > 0.3 * np.abs(steps).max()])
-        spread = 1.96 * float(np.std(real)) / math.sqrt(len(real))
-        size, rate = float(np.median(real)), len(real) / seconds
+        size, spread = _whole(found, name, real)
+        rate = len(real) / seconds
         doubt = 1.96 * math.sqrt(len(real)) / seconds
         numbers = {
             "size": Number(size, size - spread, size + spread, "rad"),
@@ -90,6 +91,23 @@ def _lost_counts(found: Found) -> list[NamedEffect]:
             )
         )  # fmt: skip
     return effects
+
+
+def _whole(found: Found, name: str, steps: FloatArray) -> tuple[float, float]:
+    """Size (rad) of steps, and half of its 95 % interval: encoders lose whole counts.
+
+    Steps of hardly more than two counts are found where noise makes them larger: they look too
+    large on average, by less than half a count.
+    """
+    size = float(np.median(steps))
+    spread = 1.96 * float(np.std(steps)) / math.sqrt(len(steps))
+    key = "theta_l" if name.endswith("lower") else "theta_u"
+    counts = [s.recording.quanta.get(key, 0.0) for s in found.setting.samples]
+    count = float(np.median(counts))
+    if count <= 0.0 or spread > 0.5 * count:
+        return size, spread
+    whole = count * max(round(size / count), 1)
+    return whole, max(spread, abs(size - whole))
 
 
 def _law_effect(found: Found, gain: float) -> NamedEffect:

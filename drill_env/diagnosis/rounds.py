@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,6 +18,8 @@ NEEDED = 20.0
 
 NEEDED_BESIDE = 40.0
 """The same beside another effect, whose formula need not be the rig's to the last digit."""
+
+_AT_LIMIT = 1.5
 
 # By this share more must a free shape explain before a name gives way to it.
 _NAMELESS = 0.3
@@ -101,6 +104,17 @@ def nameless(found: Round) -> bool:
     shape = found.shapes[0].criterion
     name = found.named[0].criterion if found.named else 0.0
     return shape > NEEDED and shape > name + clearly(name)
+
+
+def at_its_limit(attempt: Attempt, others: Sequence[Attempt]) -> bool:
+    """Whether a candidate came to where it is another one that was fitted too."""
+    source = attempt.term.source
+    if not isinstance(source, Named) or source.effect.limit is None:
+        return False
+    name, other = source.effect.limit
+    place = [p.name for p in source.effect.parameters].index(name)
+    least = source.effect.parameters[place].low
+    return attempt.term.q[place] <= _AT_LIMIT * least and any(a.term.id == other for a in others)
 
 
 def rigs_own(attempt: Attempt) -> bool:

@@ -23,6 +23,7 @@ from drill_env.diagnosis.rounds import (
     Attempt,
     Found,
     Round,
+    at_its_limit,
     clearly,
     is_named,
     nameless,
@@ -33,6 +34,7 @@ from drill_env.diagnosis.shapes import come_round, free_shapes
 from drill_env.diagnosis.slips import slips
 from drill_env.diagnosis.terms import Shape
 from drill_env.diagnosis.waves import Wave, free_waves, score_waves
+from drill_env.diagnosis.within import within_filter
 from drill_env.effects import Effect
 from drill_env.identification.coordinates import Coordinates
 from drill_env.identification.noise import NoiseModel
@@ -110,7 +112,7 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     done = _best_of_each(done)
     return Round(
         fit, (*named, *shapes, *waves),
-        tuple(a for a in done if is_named(a.term)),
+        tuple(a for a in done if is_named(a.term) and not at_its_limit(a, done)),
         tuple(a for a in done if not is_named(a.term) and not rigs_own(a)),
     )  # fmt: skip
 
@@ -214,4 +216,5 @@ def find(
         shaped = None
     report("asking again what was found first")
     here, contests = contest(setting, here, rounds)
+    here = within_filter(setting, here, report)
     return Found(setting, base, tuple(rounds), here, contests, shaped)

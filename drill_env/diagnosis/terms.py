@@ -18,6 +18,8 @@ from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
 
 _RELATIVE_STEP = 1e-4
+# Events that come a little early or late make predictions rough: two in a hundred even that out.
+_AT_REST_STEPS = 200.0
 
 
 class Source(Protocol):
@@ -43,9 +45,18 @@ class Source(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Named:
-    """An effect of the library as a source of terms."""
+    """An effect of the library as a source of terms.
+
+    Attributes:
+        effect: of the library.
+        within: whether it acts at the filter's own state though it decides no rest.
+        probe: how far each number moves for a finite difference within the filter, if it is known
+            how uncertain they are.
+    """
 
     effect: Effect
+    within: bool = False
+    probe: tuple[float, ...] = ()
 
     @property
     def id(self) -> str:
@@ -61,6 +72,10 @@ class Named:
         usual = [abs(p.grid[0]) if p.role == "amplitude" else 0.0 for p in self.effect.parameters]
         phases = [1.0 if p.role == "phase" else 0.0 for p in self.effect.parameters]
         return _RELATIVE_STEP * np.maximum(np.maximum(np.abs(q), usual), phases)
+
+    def probes(self, q: FloatArray) -> FloatArray:
+        """How far each number moves for a finite difference within the filter."""
+        return np.array(self.probe) if self.probe else _AT_REST_STEPS * self.steps(q)
 
     def bounded(self, q: FloatArray) -> FloatArray:
         """Amplitudes and shapes within the declared range, phases within one turn."""
@@ -154,8 +169,9 @@ class Term:
 
 
 def at_rest(term: Term) -> bool:
-    """Whether a term decides when a disc rests, and so acts at the filter's own state."""
-    return isinstance(term.source, Named) and term.source.effect.at_rest
+    """Whether a term acts at the filter's own state, as what decides when a disc rests must."""
+    source = term.source
+    return isinstance(source, Named) and (source.effect.at_rest or source.within)
 
 
 def acting(terms: Sequence[Term]) -> Bundle:

@@ -27,6 +27,8 @@ class EffectParameter:
         grid: values of a shape that a search tries; an amplitude's one value is its usual size.
         low: lowest sensible value.
         high: highest sensible value.
+        form: relative standard deviation for its formula's sake, where noise alone would leave a
+            number less doubt than cases showed that it has.
     """
 
     name: str
@@ -35,6 +37,7 @@ class EffectParameter:
     grid: tuple[float, ...]
     low: float
     high: float
+    form: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +61,9 @@ class Effect:
         at_rest: whether it decides when a disc comes to rest and leaves it: a filter then takes
             it at its own state.
         only_at_rest: whether it acts on a disc at rest alone: no torque along a motion shows it.
+        refined_within: whether a last fit takes it at the filter's own state, though a search may
+            follow the smoothed motion: along that its numbers come out wrong.
+        limit: the parameter at whose least value it is another effect, and that effect's id.
         kernel: compiled function of (p, q, m, s, out).
     """
 
@@ -76,6 +82,8 @@ class Effect:
     axis_only: bool = False
     at_rest: bool = False
     only_at_rest: bool = False
+    refined_within: bool = False
+    limit: tuple[str, str] | None = None
     senses: bool = field(default=False)
 
     def vector(self, values: dict[str, float]) -> FloatArray:
@@ -115,7 +123,8 @@ def phase(name: str = "phase") -> EffectParameter:
 
 
 def shape(
-    name: str, unit: str, grid: tuple[float, ...], *, low: float = 0.0, high: float = np.inf
-) -> EffectParameter:
+    name: str, unit: str, grid: tuple[float, ...], *, low: float = 0.0, high: float = np.inf,
+    form: float = 0.0,
+) -> EffectParameter:  # fmt: skip
     """A parameter that a search tries on a grid."""
-    return EffectParameter(name, unit, "shape", grid, low, high)
+    return EffectParameter(name, unit, "shape", grid, low, high, form)

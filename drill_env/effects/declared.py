@@ -104,8 +104,9 @@ def longest_hold(rig: Rig) -> float:
     for entry in rig.effects:
         if entry.get("id") in _DRIVES:
             share = float(entry["motor_share"])
-            lighter = min(share, 1.0 - share) * rig.Ju
-            longest = min(longest, 0.5 * math.sqrt(lighter / float(entry["stiffness"])))
+            # Of the lighter of the two, alone on the spring.
+            fastest = 2.0 * math.pi * float(entry["frequency"]) * math.sqrt(max(share, 1.0 - share))
+            longest = min(longest, 0.5 / fastest)
     return longest
 
 

@@ -1,0 +1,72 @@
+"""A last fit of effects at the filter's own state, where a smoothed motion misleads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from drill_env._types import FloatArray
+from drill_env.diagnosis.extended import evaluate
+from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.joint import polished
+from drill_env.diagnosis.terms import Named, Term, at_rest
+from drill_env.identification.coordinates import inverse
+
+_PROBINGS = 2
+# Of a number: by less rounding shows, by more the formula bends.
+_NEAREST, _FURTHEST = 1e-3, 0.5
+
+
+def within_filter(setting: Setting, fit: Fit, report: Callable[[str], None]) -> Fit:
+    """The fit with its effects at the filter's own state where their numbers need that.
+
+    A drive's torque follows from when the disc is released and held, which the smoothed motion
+    blurs; a search that took every candidate within the filter would cost twice the time.
+
+    Args:
+        setting: recordings and free parameters.
+        fit: what the search came to.
+        report: told what is being done.
+    """
+    terms = tuple(_moved_in(term) for term in fit.terms)
+    if not any(at_rest(term) for term in terms):
+        return fit
+    if any(at_rest(a) != at_rest(b) for a, b in zip(terms, fit.terms, strict=True)):
+        report("fitting within the filter")
+        fit = evaluate(setting, fit.vector, terms, fit.noise, fit.starts, fit.motions)
+        fit = polished(setting, probed(setting, fit))
+    return probed(setting, fit)
+
+
+def probed(setting: Setting, fit: Fit) -> Fit:
+    """The fit with slopes of such effects over steps as long as their numbers are uncertain.
+
+    Where discs are released and held, predictions jump: over a short step they seem to tell a
+    number to many digits that they do not tell.
+    """
+    for _ in range(_PROBINGS):
+        deviation = np.sqrt(np.maximum(np.diag(inverse(fit.information)), 0.0))
+        terms, place = [], len(fit.vector)
+        for term in fit.terms:
+            terms.append(_with_steps(term, deviation[place : place + len(term.q)]))
+            place += len(term.q)
+        fit = evaluate(setting, fit.vector, tuple(terms), fit.noise, fit.starts, fit.motions)
+    return fit
+
+
+def _with_steps(term: Term, deviation: FloatArray) -> Term:
+    source = term.source
+    if not isinstance(source, Named) or not at_rest(term):
+        return term
+    usual = 1e3 * source.steps(term.q)
+    steps = np.clip(deviation, _NEAREST * usual, _FURTHEST * usual)
+    return Term(replace(source, probe=tuple(steps.tolist())), term.q)
+
+
+def _moved_in(term: Term) -> Term:
+    source = term.source
+    if isinstance(source, Named) and source.effect.refined_within:
+        return Term(replace(source, within=True), term.q)
+    return term
