@@ -171,7 +171,8 @@ def test_every_number_is_translated_or_left_out_with_a_reason():
         known = {p.name for p in LIBRARY[name].parameters} if name in LIBRARY else set()
         assert set(base) <= known | FAULTS.get(name, set())
         for own in names:
-            moved = in_tool_terms(name, {**whole, own: 0.7 if own in SHARES else 11.0}, PAPER) != base
+            other = {**whole, own: 0.7 if own in SHARES else 11.0}
+            moved = in_tool_terms(name, other, PAPER) != base
             assert moved != (f"{name}.{own}" in LEFT_OUT), f"{name}.{own}"
 
 

@@ -85,7 +85,7 @@ def _located(result: DiagnosisResult) -> list[str]:
 
 def _effect(effect: NamedEffect) -> str:
     numbers = ", ".join(
-        f"{name} = {n.value:.4g} ({n.low:.4g} to {n.high:.4g}) {n.unit}"
+        f"{name} = {n.value:.4g} ({n.low:.4g} to {n.high:.4g}) {n.unit}".removesuffix(" 1")
         for name, n in effect.parameters.items()
     )
     aliases = f"; no recording tells it from {', '.join(effect.alias_class)}" * bool(
