@@ -169,6 +169,22 @@ def _attempt(setting: Setting, fit: Fit, start: Fit, rounds: int, *, anew: bool 
     return Attempt(done, done.terms[-1], fit.value - done.value, fit.bic - done.bic)
 
 
+def _base(
+    samples: Sequence[Samples], rig: Rig, free: Sequence[str], doubt: float, report: Report
+) -> tuple[Setting, Fit]:
+    """The rig alone, without stale rows and with the times as uncertain as they are."""
+    report("fitting the rig alone")
+    samples = cleaned(samples)
+    setting, base = base_fit(samples, rig, free, doubt)
+    clock = clock_jitter(setting, base)
+    if clock is None:
+        return setting, base
+    report("fitting the rig alone, the times uncertain")
+    size = clock.parameters["jitter"][0]
+    setting, base = base_fit([with_uncertain_times(s, size) for s in samples], rig, free, doubt)
+    return replace(setting, jitter=size), base
+
+
 def find(
     samples: Sequence[Samples], rig: Rig, free: Sequence[str], effects: Sequence[Effect],
     *, most: int = 2, doubt: float = 0.05, report: Report = lambda text: None,
@@ -184,15 +200,7 @@ def find(
         doubt: relative standard deviation of the rig's parameters around the start.
         report: told what is being done.
     """
-    report("fitting the rig alone")
-    samples = cleaned(samples)
-    setting, base = base_fit(samples, rig, free, doubt)
-    clock = clock_jitter(setting, base)
-    if clock is not None:
-        report("fitting the rig alone, the times uncertain")
-        size = clock.parameters["jitter"][0]
-        setting, base = base_fit([with_uncertain_times(s, size) for s in samples], rig, free, doubt)
-        setting = replace(setting, jitter=size)
+    setting, base = _base(samples, rig, free, doubt, report)
     here, shaped, rounds = base, None, []
     for _ in range(most):
         found = search(setting, here, effects, report)
