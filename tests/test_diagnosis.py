@@ -23,11 +23,11 @@ RIG = Rig().replace(km=3.66, bu=2.03, ktheta=0.0765, Tsl=0.0096, beta1=6.5)
 GEAR_HZ = math.sqrt(1.0 / 8e-4 / (0.24 * RIG.Ju)) / (2.0 * math.pi)
 
 
-def recordings(hidden, seed, count=3):
+def recordings(hidden, seed, count=3, volts=5.0):
     truth = Truth({name: getattr(RIG, name) for name in SYMBOLS}, tuple(hidden))
     made = []
     for i in range(count):
-        u = quasi_random(np.random.default_rng([seed, i]), SECONDS, RATE, 5.0)
+        u = quasi_random(np.random.default_rng([seed, i]), SECONDS, RATE, volts)
         made.append(make_recording(truth, u, (seed, i)))
     step = 2 * math.pi / COUNTS
     return [
@@ -121,6 +121,14 @@ def test_what_has_no_amplitude_is_named_too(name, told, parameter, truth, within
     assert [effect.id for effect in result.effects] == [name]
     number = result.effects[0].parameters[parameter]
     assert number.value == pytest.approx(truth, abs=within)
+
+
+def test_a_limit_just_below_the_highest_voltage_is_named():
+    """It clips little; any limit that is not near it clips far too much or nothing."""
+    *fit, held = recordings([Hidden("amplifier_saturation", {"limit": 3.38})], 6, volts=3.5)
+    result = diagnose(fit, Rig(), [held]).result
+    assert [effect.id for effect in result.effects] == ["amplifier_saturation"]
+    assert result.effects[0].parameters["level"].value == pytest.approx(3.38, abs=0.01)
 
 
 def test_a_name_stands_before_a_shape_that_held_out_recordings_do_not_prefer():

@@ -14,6 +14,8 @@ _PEAKS = 3
 
 _HIGHEST_HZ = 40.0
 
+_TOPS = (0.99, 0.98, 0.965, 0.945, 0.92, 0.89)
+
 # Of one turn, for the search of orders.
 _BINS = 512
 
@@ -28,6 +30,10 @@ def grid_of(effect: Effect, ground: Ground) -> list[FloatArray]:
             values = tuple(sorted({*values, *_frequencies(ground, disc)}))
         if p.name == "order" and len(p.grid) > 4:
             values = tuple(sorted({*values, *_orders(ground, p)}))
+        if p.name == "level":
+            # A limit just below the highest voltage clips little, and little else shows it.
+            top = max(float(np.abs(k.motion.u).max()) for k in ground.known)
+            values = tuple(sorted({*values, *(share * top for share in _TOPS)}))
         if p.name == "time":
             end = max(float(k.motion.t[-1]) for k in ground.known)
             values = tuple(np.arange(0.02, 0.99, 0.03) * end)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from drill_env.diagnosis.contest import trimmed
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import Judged, judge, rms
-from drill_env.diagnosis.rounds import NEEDED, Found, clearly
+from drill_env.diagnosis.rounds import NEEDED, Found, clearly, is_named
 from drill_env.diagnosis.slips import Slips
 from drill_env.identification.samples import Samples
 
@@ -48,6 +48,8 @@ def judged(
         # Other signals may leave at rest what the fitted ones show plainly.
         shown = fewer.final.bic - found.final.bic
         near = all(rms(after, "short", i) < 1.05 * rms(alone, "short", i) for i in range(2))
+        # A free shape bends to what the fitted ones have: it may cost held-out ones no likelihood.
+        near = near and is_named(found.final.terms[-1])
         harmless = gain > -_HARMLESS * shown or near
         if gain > 2.0 or nearer or (shown > _PLAIN * NEEDED and harmless):
             break

@@ -190,13 +190,20 @@ def best_point(ground: Ground, source: Named, points: Sequence[FloatArray]) -> S
     """
     if len(points) > _MANY:
         # One recording tells which points are worth the others' time.
-        loudest = max(ground.known, key=lambda k: float(k.white @ k.white) / len(k.white))
-        first = _scored_points(ground, source, points, [loudest])
+        first = _scored_points(ground, source, points, [_telling(ground, source)])
         order = sorted(range(len(points)), key=lambda i: -_gain(first[i]))
         few, most = _WORTH
         worth = order[: min(max(len(points) // 3, few), most)]
         points = [points[i] for i in sorted(worth)]
     return max(_scored_points(ground, source, points), key=_gain, default=None)
+
+
+def _telling(ground: Ground, source: Named) -> Known:
+    """The recording that tells most of an effect."""
+    if source.effect.depends_on == "voltage":
+        # A limit that no voltage reaches shows nothing.
+        return max(ground.known, key=lambda k: float(np.abs(k.motion.u).max()))
+    return max(ground.known, key=lambda k: float(k.white @ k.white) / len(k.white))
 
 
 def _gain(scored: Scored | None) -> float:
