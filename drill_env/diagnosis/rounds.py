@@ -20,6 +20,8 @@ NEEDED_BESIDE = 40.0
 """The same beside another effect, whose formula need not be the rig's to the last digit."""
 
 _AT_LIMIT = 1.5
+# Recordings: within one it changes by an eighth, or less.
+_SLOW = 8.0
 
 # By this share more must a free shape explain before a name gives way to it.
 _NAMELESS = 0.3
@@ -107,9 +109,17 @@ def nameless(found: Round) -> bool:
 
 
 def at_its_limit(attempt: Attempt, others: Sequence[Attempt]) -> bool:
-    """Whether a candidate came to where it is another one that was fitted too."""
+    """Whether a candidate came to where it is another one that was fitted too, or the rig's own.
+
+    The rig's own parameters are held near the start; what is one of them again is not.
+    """
     source = attempt.term.source
-    if not isinstance(source, Named) or source.effect.limit is None:
+    if not isinstance(source, Named):
+        return False
+    if source.effect.rigs_own_if_slow:
+        longest = max(float(m.t[-1] - m.t[0]) for m in attempt.fit.motions)
+        return bool(attempt.term.q[-1] > _SLOW * longest)
+    if source.effect.limit is None:
         return False
     name, other = source.effect.limit
     place = [p.name for p in source.effect.parameters].index(name)

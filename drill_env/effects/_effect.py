@@ -63,6 +63,8 @@ class Effect:
         only_at_rest: whether it acts on a disc at rest alone: no torque along a motion shows it.
         refined_within: whether a last fit takes it at the filter's own state, though a search may
             follow the smoothed motion: along that its numbers come out wrong.
+        rigs_own_if_slow: whether it is the rig's own physics when its last parameter, a time, is
+            far longer than a recording.
         limit: the parameter at whose least value it is another effect, and that effect's id.
         kernel: compiled function of (p, q, m, s, out).
     """
@@ -83,6 +85,7 @@ class Effect:
     at_rest: bool = False
     only_at_rest: bool = False
     refined_within: bool = False
+    rigs_own_if_slow: bool = False
     limit: tuple[str, str] | None = None
     senses: bool = field(default=False)
 

@@ -33,7 +33,6 @@ EFFECT = Effect(
                 100.0,
             ),
             low=2.0,
-            # Slower than that it is a constant, which the rig's own friction is.
             high=1000.0,
         ),
     ),
@@ -41,4 +40,5 @@ EFFECT = Effect(
     meaning="The upper bearing's friction falls as it warms.",
     kernel=friction_warmup,
     neighbours=("motor_heating",),
+    rigs_own_if_slow=True,
 )

@@ -1,0 +1,37 @@
+"""Candidates that are another one, or the rig's own physics, are no names."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from drill_env.diagnosis.rounds import Attempt, at_its_limit
+from drill_env.diagnosis.terms import Named, Term
+from drill_env.effects import LIBRARY
+
+MINUTE = SimpleNamespace(motions=(SimpleNamespace(t=np.array([0.0, 30.0, 60.0])),))
+
+
+def attempt(name: str, *q: float, fit: Any = MINUTE) -> Attempt:
+    return Attempt(fit, Term(Named(LIBRARY[name]), np.array(q)), 100.0, 90.0)
+
+
+def test_play_without_a_gap_is_a_springy_gear():
+    spring = attempt("gear_compliance", 20.0, 0.3, 0.1, 0.05)
+    closed = attempt("gear_backlash", 1e-4, 0.3, 20.0, 0.1, 0.05)
+    open_ = attempt("gear_backlash", 4e-3, 0.3, 20.0, 0.1, 0.05)
+    assert at_its_limit(closed, [closed, spring])
+    assert not at_its_limit(closed, [closed])
+    assert not at_its_limit(open_, [open_, spring])
+    assert not at_its_limit(spring, [closed, spring])
+
+
+@pytest.mark.parametrize("minutes, told", [(1.0, True), (10.0, False)])
+def test_a_warm_up_far_slower_than_the_recordings_is_constant_friction(minutes: float, told: bool):
+    lasting = SimpleNamespace(motions=(SimpleNamespace(t=np.array([0.0, 60.0 * minutes])),))
+    slow = attempt("friction_warmup", 0.1, 900.0, fit=lasting)
+    assert at_its_limit(slow, []) == told
+    assert not at_its_limit(attempt("friction_warmup", 0.1, 100.0, fit=lasting), [])
