@@ -99,7 +99,11 @@ def _part(
         rows = slice(edges[i], edges[i + 1])
         here = used[rows]
         z, w = inner_columns[rows][here], path.rows["white"][rows][here]
-        still = ~known[i] & _soon_at_rest(z, float(samples.t[edges[i] + 1] - samples.t[edges[i]]))
+        still = np.zeros(len(known[i]), dtype=np.bool_)
+        if rig.inertias == 2:
+            # A lone axis may rest for long before it is driven: there the step does no harm.
+            dt = float(samples.t[edges[i] + 1] - samples.t[edges[i]])
+            still = ~known[i] & _soon_at_rest(z, dt)
         steps[i, still] = -starts[i, still]
         free = np.flatnonzero(~known[i] & ~still)
         z = z[:, free]

@@ -15,8 +15,8 @@ from drill_env.diagnosis.terms import Named, Term, at_rest
 from drill_env.identification.coordinates import inverse
 
 _PROBINGS = 2
-# Of a number: by less rounding shows, by more the formula bends.
-_NEAREST, _FURTHEST = 1e-3, 0.5
+# Shares of a number: by less rounding shows, by more the formula bends.
+_NEAREST, _FURTHEST = 1e-4, 0.05
 
 
 def within_filter(setting: Setting, fit: Fit, report: Callable[[str], None]) -> Fit:
@@ -60,7 +60,7 @@ def _with_steps(term: Term, deviation: FloatArray) -> Term:
     source = term.source
     if not isinstance(source, Named) or not at_rest(term):
         return term
-    usual = 1e3 * source.steps(term.q)
+    usual = 1e4 * source.steps(term.q)
     steps = np.clip(deviation, _NEAREST * usual, _FURTHEST * usual)
     return Term(replace(source, probe=tuple(steps.tolist())), term.q)
 
