@@ -101,7 +101,7 @@ def _part(
         z, w = inner_columns[rows][here], path.rows["white"][rows][here]
         still = np.zeros(len(known[i]), dtype=np.bool_)
         if rig.inertias == 2:
-            # A lone axis may rest for long before it is driven: there the step does no harm.
+            # On a lone axis (EMPS) fits ended worse with it; why is not known.
             dt = float(samples.t[edges[i] + 1] - samples.t[edges[i]])
             still = ~known[i] & _soon_at_rest(z, dt)
         steps[i, still] = -starts[i, still]
