@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -123,14 +124,23 @@ def significant(changed: dict[str, Change], share: float = 0.02) -> list[str]:
     return out
 
 
-def rivals(found: Sequence[Round], chosen: str) -> list[tuple[str, float, float]]:
-    """Other candidates of the first round: id, probability and criterion lost to the best."""
+def rivals(
+    found: Sequence[Round], chosen: str, refuted: Sequence[str] = ()
+) -> list[tuple[str, float, float]]:
+    """Other candidates of the first round: id, probability and criterion lost to the best.
+
+    Args:
+        found: rounds.
+        chosen: the candidate whose rivals they are.
+        refuted: names that were given up, whatever the fitted recordings say for them.
+    """
     if not found:
         return []
     first = found[0]
     if first.best is None or first.best.criterion < NEEDED:
         return []
-    chances = probabilities(first)
+    kept = replace(first, named=tuple(a for a in first.named if a.term.id not in refuted))
+    chances = dict.fromkeys(refuted, 0.0) | probabilities(kept)
     best = max((a.criterion for a in (*first.named, *first.shapes)), default=0.0)
     both = sorted((*first.named, *first.shapes), key=lambda a: -a.criterion)
     return [

@@ -144,16 +144,15 @@ def _result(
     effects = named_effects(found, law, faults, scale)
     shaped = [t for t in final.terms if not is_named(t)]
     verdict = _verdict(found, effects, shaped, changed, options)
-    leading = min(final.terms, key=lambda t: not is_parameter(t.id), default=None)
-    leading = shaped[0] if verdict == "unexplained" else leading
-    located = locate(setting, final, leading) if leading is not None else _law_located(effects)
     chosen = effects[0].id if effects else (shaped[0].id if shaped else "")
-    alternatives = [Alternative(*rival) for rival in rivals(rounds_of(found, chosen), chosen)]
+    alternatives = [
+        Alternative(*rival) for rival in rivals(rounds_of(found, chosen), chosen, _refuted(found))
+    ]
     # The menu is of the rig's voltages: a lone axis would leave its bench.
     plays = final.rig.inertias == 2 and setting.samples[0].recording.drive == "voltage"
     experiment = next_experiment(found) if final.terms and plays else None
     result = DiagnosisResult(
-        verdict, located, effects, alternatives,
+        verdict, _located(found, effects, shaped, verdict), effects, alternatives,
         describe(shaped[0]) if shaped else None, changed,
         _fit(found, base, before, after, held, options.seed),
         final.noise.named(velocities=any(s.angles.shape[1] > 2 for s in setting.samples)),
@@ -174,6 +173,8 @@ def _verdict(
         return "unexplained"
     if effects:
         return "missing_physics"
+    if found.refuted is not None:
+        return "unexplained"
     if options.given_rig and significant(changed):
         return "parameters"
     return "consistent"
@@ -184,6 +185,23 @@ def _beside(found: Found) -> bool:
     if len(found.rounds) < 2 or not found.rounds[0].named or not found.rounds[1].shapes:
         return False
     return found.rounds[1].shapes[0].criterion < _LEFT_OVER * found.rounds[0].named[0].criterion
+
+
+def _refuted(found: Found) -> list[str]:
+    return [t.id for t in found.refuted.terms] if found.refuted is not None else []
+
+
+def _located(
+    found: Found, effects: list[NamedEffect], shaped: list[Term], verdict: Verdict
+) -> Located | None:
+    """Where what leads acts; a name that was given up tells at least where the mismatch sits."""
+    fit = found.final
+    if not fit.terms and found.refuted is not None:
+        fit = found.refuted
+    if not fit.terms:
+        return _law_located(effects)
+    leading = min(fit.terms, key=lambda t: not is_parameter(t.id))
+    return locate(found.setting, fit, shaped[0] if shaped and verdict == "unexplained" else leading)
 
 
 def _law_located(effects: list[NamedEffect]) -> Located | None:

@@ -8,12 +8,15 @@ from dataclasses import replace
 from drill_env.diagnosis.contest import trimmed
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import Judged, judge, rms
+from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.rounds import NEEDED, Found, clearly, is_named
 from drill_env.diagnosis.slips import Slips
 from drill_env.identification.samples import Samples
 
 # So many times the needed gain is plain evidence; by this share of it held-out recordings may lose.
 _PLAIN, _HARMLESS = 3.0, 0.05
+# Gain above which held-out recordings ask for a term, and how many shapes are asked in turn.
+_HELPS, _SHAPES = 2.0, 2
 
 
 def _gain(before: Sequence[Judged], after: Sequence[Judged]) -> float:
@@ -28,10 +31,45 @@ def _named_or_not(
     if found.nameless is None:
         return found, after
     other = tuple(judge(s, found.setting, found.nameless) for s in held)
-    named = _gain(before, after)
-    if held and found.final.terms and _gain(before, other) <= named + clearly(named):
-        return replace(found, nameless=None), after
+    named, free = _gain(before, after), _gain(before, other)
+    # A name that is refuted by what it leaves over gives way to any shape that holds.
+    wanted = named + clearly(named) if found.refuted is None else _HELPS
+    if held and found.final.terms and free <= wanted:
+        return replace(found, nameless=None, refuted=None), after
     return replace(found, final=found.nameless, contests={}), other
+
+
+def _spoken_against(found: Found, before: Sequence[Judged], after: Sequence[Judged]) -> bool:
+    """Whether held-out recordings are plainly less likely with the names that were found."""
+    terms = found.final.terms
+    # Which counts will be lost in other recordings, lost counts do not tell.
+    if not terms or not all(is_named(t) and not isinstance(t.source, Slips) for t in terms):
+        return False
+    shown = found.base.bic - found.final.bic
+    nearer = any(rms(after, "short", i) < 0.9 * rms(before, "short", i) for i in range(2))
+    return not nearer and _gain(before, after) < -max(NEEDED, _HARMLESS * shown)
+
+
+def _given_up(
+    found: Found, before: tuple[Judged, ...], held: Sequence[Samples]
+) -> tuple[Found, tuple[Judged, ...]]:
+    """The search without its names: a free shape that holds on held-out recordings, or none.
+
+    Where the fitted recordings hardly asked for the names, nothing is missing.
+    """
+    bare = replace(found, final=found.base, contests={}, nameless=None)
+    if found.base.bic - found.final.bic <= _PLAIN * NEEDED:
+        return bare, before
+    bare = replace(bare, refuted=found.final)
+    for attempt in found.rounds[0].shapes[:_SHAPES]:
+        if attempt.criterion <= NEEDED:
+            break
+        fit = polished(found.setting, attempt.fit)
+        shaped = replace(bare, final=fit)
+        after = tuple(judge(s, found.setting, fit) for s in held)
+        if _gain(before, after) > _HELPS:
+            return shaped, after
+    return bare, before
 
 
 def judged(
@@ -51,7 +89,11 @@ def judged(
         # A free shape bends to what the fitted ones have: it may cost held-out ones no likelihood.
         near = near and is_named(found.final.terms[-1])
         harmless = gain > -_HARMLESS * shown or near
-        if gain > 2.0 or nearer or (shown > _PLAIN * NEEDED and harmless):
+        if gain > _HELPS or nearer or (shown > _PLAIN * NEEDED and harmless):
+            break
+        if len(found.final.terms) == 1 and _spoken_against(found, before, after):
             break
         found, after = fewer, alone
+    if held and _spoken_against(found, before, after):
+        found, after = _given_up(found, before, held)
     return found, before, after

@@ -18,6 +18,9 @@ from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Named
 from drill_env.effects import LIBRARY
 
+# What is less probable beside something else stays in the rig, but not as a name.
+_NO_NAME = 0.05
+
 
 def named_effects(
     found: Found, law: LawFit | None, faults: list[Fault], scale: float
@@ -40,6 +43,8 @@ def named_effects(
         if not isinstance(term.source, Named) or not is_named(term):
             continue
         effect = term.source.effect
+        if len(found.final.terms) > 1 and belief_in(found, term.id) < _NO_NAME:
+            continue
         effects.append(
             NamedEffect(
                 effect.id, effect.component, belief_in(found, term.id),

@@ -25,6 +25,8 @@ _SLOW = 8.0
 
 # By this share more must a free shape explain before a name gives way to it.
 _NAMELESS = 0.3
+# A name that leaves over this share of its gain, at the very place where it acts, is not right.
+_LEFT_AT_ITS_PLACE = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,6 +81,8 @@ class Found:
         contests: of each term that was found before another one, what it and its rivals gain
             beside the others.
         nameless: a fit with a free shape that explains the recordings clearly better, if any.
+        refuted: a fit with names that were given up, if any: of what they leave over, or of
+            held-out recordings.
     """
 
     setting: Setting
@@ -87,6 +91,7 @@ class Found:
     final: Fit
     contests: dict[str, dict[str, float]] = field(default_factory=dict)
     nameless: Fit | None = None
+    refuted: Fit | None = None
 
 
 def clearly(gain: float) -> float:
@@ -106,6 +111,31 @@ def nameless(found: Round) -> bool:
     shape = found.shapes[0].criterion
     name = found.named[0].criterion if found.named else 0.0
     return shape > NEEDED and shape > name + clearly(name)
+
+
+def in_its_place(first: Round, second: Round) -> Attempt | None:
+    """The free shape of the first round that takes a name's place which the second one refutes.
+
+    It does so if a free shape at the very place where the name acts explains more of what the
+    name leaves over than any other name: then the name's formula is not the rig's.
+    """
+    if not first.named or not nameless(second):
+        return None
+    name, left = first.named[0], second.shapes[0]
+    place = place_of(name.term)
+    needed = max(NEEDED_BESIDE, _LEFT_AT_ITS_PLACE * name.criterion)
+    if place_of(left.term) != place or left.criterion < needed:
+        return None
+    if name.fit.terms[:-1] or not isinstance(name.term.source, Named):
+        return None
+    same = [a for a in first.shapes if place_of(a.term) == place and a.criterion > NEEDED]
+    return same[0] if same else None
+
+
+def place_of(term: Term) -> tuple[str, str]:
+    """Where a term acts: component and coordinate."""
+    source = term.source.effect if isinstance(term.source, Named) else term.source
+    return source.component, source.depends_on
 
 
 def at_its_limit(attempt: Attempt, others: Sequence[Attempt]) -> bool:

@@ -25,6 +25,7 @@ from drill_env.diagnosis.rounds import (
     Round,
     at_its_limit,
     clearly,
+    in_its_place,
     is_named,
     nameless,
     rigs_own,
@@ -201,12 +202,17 @@ def find(
         report: told what is being done.
     """
     setting, base = _base(samples, rig, free, doubt, report)
-    here, shaped, rounds = base, None, []
+    here, shaped, refuted, rounds = base, None, None, []
     for _ in range(most):
         found = search(setting, here, effects, report)
         rounds.append(found)
         best, needed = found.best, NEEDED_BESIDE if here.terms else NEEDED
         if best is None or best.criterion < needed:
+            break
+        instead = in_its_place(rounds[-2], found) if here.terms else None
+        if instead is not None:
+            report(f"refining {instead.term.id} in place of {here.terms[-1].id}")
+            shaped, refuted = polished(setting, instead.fit), here
             break
         chosen = found.named[0] if found.named else None
         hopeless = chosen is None or chosen.criterion < needed
@@ -220,9 +226,9 @@ def find(
         report(f"refining {chosen.term.id}")
         here = polished(setting, chosen.fit)
     named = base.bic - here.bic
-    if shaped is not None and base.bic - shaped.bic <= named + clearly(named):
+    if shaped is not None and refuted is None and base.bic - shaped.bic <= named + clearly(named):
         shaped = None
     report("asking again what was found first")
     here, contests = contest(setting, here, rounds)
     here = within_filter(setting, here, report)
-    return Found(setting, base, tuple(rounds), here, contests, shaped)
+    return Found(setting, base, tuple(rounds), here, contests, shaped, refuted)

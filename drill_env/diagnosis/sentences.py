@@ -24,6 +24,10 @@ def sentences(result: DiagnosisResult) -> list[str]:
             f"No effect of the library explains it; its shape over {result.shape.coordinate} is "
             f"{result.shape.formula} (this formula explains {result.shape.r2:.0%} of the shape)."
         )
+    if result.verdict == "unexplained" and result.shape is None:
+        lines.append(
+            "Names and shapes that the fitted recordings ask for make held-out ones less likely."
+        )
     if result.alternatives and result.verdict in ("missing_physics", "unexplained"):
         rival = result.alternatives[0]
         lines.append(

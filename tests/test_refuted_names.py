@@ -1,0 +1,61 @@
+"""Names that the rest of the recordings speak against are given up."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from benchmarks.concealed.recordings import Hidden, Truth, make_recording
+from benchmarks.rig_maker import quasi_random
+from drill_env import Rig
+from drill_env.diagnosis.diagnose import diagnose
+from drill_env.diagnosis.options import DiagnosisOptions
+from drill_env.effects import LIBRARY
+from drill_env.parameters import SYMBOLS
+from drill_env.recordings import Recording
+
+SMALL = ("friction_step", "quadratic_drag", "unbalance", "whirl_drag")
+STEP = 2.0 * math.pi / 8192
+
+
+def without(*names):
+    """A small library, without some of it."""
+    return DiagnosisOptions(leave_out=tuple({*LIBRARY} - {*SMALL} | {*names}))
+
+
+def recorded(effect, parameters, seed):
+    truth = Truth({n: getattr(Rig(), n) for n in SYMBOLS}, (Hidden(effect, parameters),))
+    u = quasi_random(np.random.default_rng([seed]), 30.0, 200.0, 5.0)
+    made = make_recording(truth, u, (seed,))
+    return Recording(
+        made.t, made.u, made.angles[:, 0], made.angles[:, 1],
+        quanta={"theta_u": STEP, "theta_l": STEP}, source=f"made-{seed}",
+    )  # fmt: skip
+
+
+def test_what_held_out_recordings_contradict_is_no_name():
+    """The unbalance of the held-out rig pulls the other way: nothing that was fitted holds."""
+    fit = [recorded("unbalance", {"torque": 0.01, "phase": 0.7}, seed) for seed in (1, 2)]
+    held = recorded("unbalance", {"torque": 0.01, "phase": 0.7 + math.pi}, 3)
+    found = diagnose(fit, Rig(), [held], options=without())
+    result = found.result
+    assert result.verdict == "unexplained" and not result.effects and not found.rig.effects
+    assert result.located is not None
+    assert (result.located.component, result.located.depends_on) == ("lower", "theta_l")
+    told = {rival.id: rival.probability for rival in result.alternatives}
+    assert told["unbalance"] == 0.0
+    before, after = (result.fit["holdout"]["log_likelihood"][k] for k in ("before", "after"))
+    assert after >= before
+
+
+def test_a_name_that_leaves_over_a_shape_at_its_own_place_gives_way_to_one():
+    """Drag that grows with the square of speed, where the library has whirl's alone."""
+    drag = {"coefficient": 2e-3}
+    fit = [recorded("quadratic_drag", drag, seed) for seed in (1, 2)]
+    held = recorded("quadratic_drag", drag, 3)
+    result = diagnose(fit, Rig(), [held], options=without("quadratic_drag")).result
+    assert result.verdict == "unexplained" and not result.effects
+    assert result.shape is not None and result.shape.coordinate == "omega_l"
+    named = diagnose(fit, Rig(), [held], options=without()).result
+    assert [effect.id for effect in named.effects] == ["quadratic_drag"]
