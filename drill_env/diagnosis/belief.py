@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -27,17 +26,18 @@ minimum; each new run of the proof gives the calibration error.
 _Z = 1.959964
 
 
-def probabilities(found: Round) -> dict[str, float]:
+def probabilities(found: Round, given_up: Sequence[str] = ()) -> dict[str, float]:
     """Probability of each candidate that was fitted, and of "none".
 
     Args:
         found: one round of the search.
+        given_up: names that are none, whatever the fitted recordings say for them.
     """
-    evidence = {attempt.term.id: attempt.criterion for attempt in found.named}
+    evidence = {a.term.id: a.criterion for a in found.named if a.term.id not in given_up}
     for attempt in found.shapes:
         # A shape bends to anything: it must explain clearly more than a name.
         evidence[attempt.term.id] = attempt.criterion - clearly(attempt.criterion)
-    return _shares(evidence)
+    return dict.fromkeys(given_up, 0.0) | _shares(evidence)
 
 
 def _shares(evidence: dict[str, float]) -> dict[str, float]:
@@ -125,22 +125,21 @@ def significant(changed: dict[str, Change], share: float = 0.02) -> list[str]:
 
 
 def rivals(
-    found: Sequence[Round], chosen: str, refuted: Sequence[str] = ()
+    found: Sequence[Round], chosen: str, given_up: Sequence[str] = ()
 ) -> list[tuple[str, float, float]]:
     """Other candidates of the first round: id, probability and criterion lost to the best.
 
     Args:
         found: rounds.
         chosen: the candidate whose rivals they are.
-        refuted: names that were given up, whatever the fitted recordings say for them.
+        given_up: names that are none, whatever the fitted recordings say for them.
     """
     if not found:
         return []
     first = found[0]
     if first.best is None or first.best.criterion < NEEDED:
         return []
-    kept = replace(first, named=tuple(a for a in first.named if a.term.id not in refuted))
-    chances = dict.fromkeys(refuted, 0.0) | probabilities(kept)
+    chances = probabilities(first, given_up)
     best = max((a.criterion for a in (*first.named, *first.shapes)), default=0.0)
     both = sorted((*first.named, *first.shapes), key=lambda a: -a.criterion)
     return [

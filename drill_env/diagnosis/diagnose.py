@@ -146,7 +146,7 @@ def _result(
     verdict = _verdict(found, effects, shaped, changed, options)
     chosen = effects[0].id if effects else (shaped[0].id if shaped else "")
     alternatives = [
-        Alternative(*rival) for rival in rivals(rounds_of(found, chosen), chosen, _refuted(found))
+        Alternative(*rival) for rival in rivals(rounds_of(found, chosen), chosen, found.given_up)
     ]
     # The menu is of the rig's voltages: a lone axis would leave its bench.
     plays = final.rig.inertias == 2 and setting.samples[0].recording.drive == "voltage"
@@ -185,10 +185,6 @@ def _beside(found: Found) -> bool:
     if len(found.rounds) < 2 or not found.rounds[0].named or not found.rounds[1].shapes:
         return False
     return found.rounds[1].shapes[0].criterion < _LEFT_OVER * found.rounds[0].named[0].criterion
-
-
-def _refuted(found: Found) -> list[str]:
-    return [t.id for t in found.refuted.terms] if found.refuted is not None else []
 
 
 def _located(

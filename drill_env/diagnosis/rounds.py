@@ -93,6 +93,11 @@ class Found:
     nameless: Fit | None = None
     refuted: Fit | None = None
 
+    @property
+    def given_up(self) -> tuple[str, ...]:
+        """The names that were refuted."""
+        return () if self.refuted is None else tuple(term.id for term in self.refuted.terms)
+
 
 def clearly(gain: float) -> float:
     """By how much more a free shape must explain than a name that explains this much."""

@@ -32,7 +32,7 @@ from drill_env.diagnosis.rounds import (
 )
 from drill_env.diagnosis.scan import Scored, score_effects, score_shapes
 from drill_env.diagnosis.shapes import come_round, free_shapes
-from drill_env.diagnosis.slips import slips
+from drill_env.diagnosis.slips import broken_counts, slips
 from drill_env.diagnosis.terms import Shape
 from drill_env.diagnosis.waves import Wave, free_waves, score_waves
 from drill_env.diagnosis.within import within_filter
@@ -110,7 +110,7 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
         report("trying from the given rig")
         starts = _from_home(setting, fit, effects)
         done += _heated(setting, fit, [_attempt(setting, fit, s, _HOME_ROUNDS) for s in starts])
-    done = _best_of_each(done)
+    done = [a for a in _best_of_each(done) if not broken_counts(a.term, setting.samples)]
     return Round(
         fit, (*named, *shapes, *waves),
         tuple(a for a in done if is_named(a.term) and not at_its_limit(a, done)),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from drill_env._types import FloatArray
 from drill_env.diagnosis.ground import Ground, Known
 from drill_env.diagnosis.terms import Shape, Term
 from drill_env.effects.along import Motion
+from drill_env.identification.samples import Samples
 from drill_env.identification.smoothing import slopes_of, smoothed
 from drill_env.parameters import Rig
 
@@ -19,6 +20,8 @@ _MOST = 24
 _APART = 40
 _PROBES = 6
 _LEAST = 2.0
+# So few steps must each be as near to a whole count.
+_FEW, _WHOLE = 2, 0.3
 _ENCODERS = ("upper", "lower")
 
 
@@ -85,6 +88,23 @@ def slips(ground: Ground, encoder: int) -> tuple[Term, float] | None:
         tuple(float(i) for i in range(len(places))), _basis(tuple(places), encoder),
     )  # fmt: skip
     return Term(source, np.array(sizes)), gain / ground.dispersion
+
+
+def broken_counts(term: Term, samples: Sequence[Samples]) -> bool:
+    """Whether a few steps are no whole counts, which is all that an encoder can lose.
+
+    Where there are many, their number tells enough: noise may move one of them by half a count.
+
+    Args:
+        term: of a fit.
+        samples: of its recordings.
+    """
+    if not isinstance(term.source, Slips) or len(term.q) > _FEW:
+        return False
+    key = "theta_l" if term.id.endswith("lower") else "theta_u"
+    count = float(np.median([s.recording.quanta.get(key, 0.0) for s in samples]))
+    steps = np.abs(term.q) / count if count > 0.0 else np.zeros(0)
+    return bool(np.any(np.abs(steps - np.round(steps)) > _WHOLE))
 
 
 def _count(known: Known, encoder: int) -> float:

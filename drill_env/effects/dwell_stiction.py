@@ -23,7 +23,7 @@ EFFECT = Effect(
     equation="lower",
     depends_on="dwell time",
     parameters=(
-        amplitude("torque", "Nm", 0.003, most=1.0),
+        amplitude("torque", "Nm", 0.003, most=1.0, signed=False),
         shape(
             "time_constant",
             "s",

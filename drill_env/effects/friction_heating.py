@@ -21,7 +21,7 @@ EFFECT = Effect(
     equation="lower",
     depends_on="time",
     parameters=(
-        amplitude("loss", "1", 0.05, most=0.95),
+        amplitude("loss", "1", 0.05, most=0.95, signed=False),
         shape(
             "time_constant",
             "s",

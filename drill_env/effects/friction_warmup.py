@@ -20,7 +20,7 @@ EFFECT = Effect(
     equation="upper",
     depends_on="time",
     parameters=(
-        amplitude("excess", "1", 0.05, most=3.0),
+        amplitude("excess", "1", 0.05, most=3.0, signed=False),
         shape(
             "time_constant",
             "s",

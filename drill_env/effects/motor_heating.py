@@ -20,7 +20,7 @@ EFFECT = Effect(
     equation="upper",
     depends_on="time",
     parameters=(
-        amplitude("loss", "1", 0.05, most=0.9),
+        amplitude("loss", "1", 0.05, most=0.9, signed=False),
         shape(
             "time_constant",
             "s",

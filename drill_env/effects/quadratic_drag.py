@@ -15,7 +15,7 @@ EFFECT = Effect(
     component="lower",
     equation="lower",
     depends_on="omega_l",
-    parameters=(amplitude("coefficient", "Nm s^2/rad^2", 5e-05, most=0.1),),
+    parameters=(amplitude("coefficient", "Nm s^2/rad^2", 5e-05, most=0.1, signed=False),),
     formula="-coefficient |omega_l| omega_l",
     meaning="The lower disc meets a drag that grows with the square of its speed.",
     kernel=quadratic_drag,

@@ -30,7 +30,7 @@ EFFECT = Effect(
     equation="lower",
     depends_on="omega_l",
     parameters=(
-        amplitude("torque", "Nm", 0.001, most=1.0),
+        amplitude("torque", "Nm", 0.001, most=1.0, signed=False),
         shape(
             "distance",
             "rad",

@@ -24,7 +24,7 @@ EFFECT = Effect(
     equation="both",
     depends_on="twist",
     parameters=(
-        amplitude("compliance", "1", 0.03, most=0.9),
+        amplitude("compliance", "1", 0.03, most=0.9, signed=False),
         shape(
             "time_constant",
             "s",

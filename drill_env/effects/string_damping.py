@@ -17,7 +17,7 @@ EFFECT = Effect(
     component="string",
     equation="both",
     depends_on="omega_u - omega_l",
-    parameters=(amplitude("damping", "Nm s/rad", 0.0005, most=1.0),),
+    parameters=(amplitude("damping", "Nm s/rad", 0.0005, most=1.0, signed=False),),
     formula="-+damping (omega_u - omega_l)",
     meaning="The string has damping of its own.",
     kernel=string_damping,

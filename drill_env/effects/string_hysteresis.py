@@ -26,7 +26,7 @@ EFFECT = Effect(
     equation="both",
     depends_on="twist",
     parameters=(
-        amplitude("torque", "Nm", 0.002, most=1.0),
+        amplitude("torque", "Nm", 0.002, most=1.0, signed=False),
         shape(
             "width",
             "rad",

@@ -78,9 +78,11 @@ def effect_rows(numbers: Mapping[str, Number]) -> list[dict[str, str]]:
     ]
 
 
-def ranking_rows(found: Round, kept: tuple[Term, ...]) -> list[dict[str, Any]]:
-    """Candidates of one search, most probable first."""
-    chances = probabilities(found)
+def ranking_rows(
+    found: Round, kept: tuple[Term, ...], given_up: tuple[str, ...] = ()
+) -> list[dict[str, Any]]:
+    """Candidates of one search, most probable first, those that were given up last."""
+    chances = probabilities(found, given_up)
     names = {term.id for term in kept}
     rows = [{"id": _NOTHING, "what": "the model as it is", "chance": chances["none"], "gain": ""}]
     for attempt in (*found.named, *found.shapes):
@@ -89,8 +91,12 @@ def ranking_rows(found: Round, kept: tuple[Term, ...]) -> list[dict[str, Any]]:
             "what": _meaning(attempt.term),
             "chance": chances[attempt.term.id],
         }
+        if row["id"] in given_up:
+            row["what"] += " Given up: other recordings, or what it leaves over, speak against it."
         rows.append({**row, "gain": f"{attempt.criterion:.0f}"})
-    best = sorted(rows, key=lambda row: -row["chance"])[:_MOST_ROWS]
+    rows.sort(key=lambda row: -row["chance"])
+    given = [row for row in rows if row["id"] in given_up]
+    best = [row for row in rows if row not in given][: _MOST_ROWS - len(given)] + given
     for row in best:
         row["percent"] = f"{100 * row['chance']:.1f}"
         row["kept"] = row["id"] in names

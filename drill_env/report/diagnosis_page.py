@@ -62,7 +62,7 @@ def diagnosis_page(found: Diagnosis) -> str:
         friction=friction_figure(found.found, found.start, left) if final.rig.inertias == 2 else "",
         new_law=any(effect.id == _LAW for effect in result.effects),
         effects=[effect_rows(e.parameters) for e in result.effects],
-        rounds=[ranking_rows(r, final.terms) for r in found.found.rounds],
+        rounds=[ranking_rows(r, final.terms, found.found.given_up) for r in found.found.rounds],
         needed=number_text(NEEDED),
         errors=error_rows(result), likelihoods=likelihood_rows(result), held=_held_out(found),
         parameters=parameter_rows(result), noise=noise_rows(result), most=_MOST_RECORDINGS,
