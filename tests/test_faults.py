@@ -49,6 +49,15 @@ def test_counts_lost_at_single_moments(made):
     assert numbers["rate"].value == pytest.approx(3 / 25.0, rel=0.01)
 
 
+@pytest.mark.parametrize("counts, whole", [(4.0, True), (4.5, False)])
+def test_an_encoder_loses_whole_counts(made, counts, whole):
+    """One step alone is believed if it is whole; anything else on the reading may look so."""
+    lost = made.theta_l.copy()
+    lost[2600:] -= counts * STEP
+    result = diagnosed(made, made.theta_u, lost)
+    assert any(e.id == "missed_counts_lower" for e in result.effects) == whole
+
+
 def test_a_coarser_encoder_has_lost_bits(made):
     coarse = np.floor(made.theta_l / (4 * STEP)) * 4 * STEP
     result = diagnosed(made, made.theta_u, coarse, 4 * STEP)

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import math
 
+import jsonschema
 import numpy as np
 
 from benchmarks.concealed.recordings import Hidden, Truth, make_recording
 from benchmarks.rig_maker import quasi_random
 from drill_env import Rig
+from drill_env.cli._common import plain
 from drill_env.diagnosis.diagnose import diagnose
 from drill_env.diagnosis.options import DiagnosisOptions
+from drill_env.diagnosis.schema import schema
 from drill_env.effects import LIBRARY
 from drill_env.parameters import SYMBOLS
 from drill_env.recordings import Recording
+from drill_env.report.diagnosis_page import diagnosis_page
 
 SMALL = ("friction_step", "quadratic_drag", "unbalance", "whirl_drag")
 STEP = 2.0 * math.pi / 8192
@@ -47,6 +51,10 @@ def test_what_held_out_recordings_contradict_is_no_name():
     assert told["unbalance"] == 0.0
     before, after = (result.fit["holdout"]["log_likelihood"][k] for k in ("before", "after"))
     assert after >= before
+    jsonschema.Draft202012Validator(schema()).validate(plain(result.as_dict()))
+    page = diagnosis_page(found)
+    assert "Given up:" in page and "makes the" in page
+    assert any("less likely" in line for line in result.sentences)
 
 
 def test_a_name_that_leaves_over_a_shape_at_its_own_place_gives_way_to_one():
