@@ -25,12 +25,14 @@ from drill_env.cli._common import (
     tell,
 )
 from drill_env.cli._controlled_mode import controlled_report
+from drill_env.cli._extended_mode import extended_report
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from drill_env.continuation import Diagram
     from drill_env.parameters import Rig
+    from drill_env.recordings import Recording
 
 DEFAULT_OUT = Path("out/bifurcation")
 
@@ -76,6 +78,9 @@ def bifurcation_command(
     Writes diagram.csv, diagram.parquet, points.json, diagram.png (Fig. 4 of the paper),
     diagram.html (interactive) and, on request, maps, basins and recorded points.
 
+    Of a rig with [[effects]] it gives equilibria and Hopf points, and in place of limit cycles
+    what the rig settles on while the voltage is raised and lowered; no diagram.html.
+
     Example: drill-env bifurcation --to 15 --out out/bifurcation
     """
     modes = {"--parameter": parameter, "--map": map_, "--basin": basin, "--controller": controller}
@@ -103,15 +108,10 @@ def _diagram(rig: Rig, to: float, recorded: list[Path], out: Path) -> dict[str, 
     from drill_env.continuation import bifurcation_diagram
     from drill_env.continuation.tables import point_documents
     from drill_env.identification.recorded_diagram import recorded_points
-    from drill_env.recordings import RecordingWarning, read_recording
 
-    with warnings.catch_warnings(record=True) as remarks:
-        warnings.simplefilter("always", RecordingWarning)
-        read = [read_recording(path, need=("u",)) for path in recorded]
-    for remark in remarks:
-        # A constant voltage is what this command asks for.
-        if getattr(remark.message, "code", "") != "constant":
-            tell(f"warning: {remark.message}")
+    read = _recordings(recorded)
+    if rig.effects:
+        return extended_report(rig, to, recorded_points(read) if read else None, out)
     with progress_bar() as bar:
         task = bar.add_task("limit cycles", total=None)
         diagram = bifurcation_diagram(
@@ -128,6 +128,19 @@ def _diagram(rig: Rig, to: float, recorded: list[Path], out: Path) -> dict[str, 
         "failures": list(diagram.failures),
         "recorded": [] if measured is None else measured.to_dict("records"),
     }
+
+
+def _recordings(paths: list[Path]) -> list[Recording]:
+    from drill_env.recordings import RecordingWarning, read_recording
+
+    with warnings.catch_warnings(record=True) as remarks:
+        warnings.simplefilter("always", RecordingWarning)
+        read = [read_recording(path, need=("u",)) for path in paths]
+    for remark in remarks:
+        # A constant voltage is what this command asks for.
+        if getattr(remark.message, "code", "") != "constant":
+            tell(f"warning: {remark.message}")
+    return read
 
 
 def _write(diagram: Diagram, measured: pd.DataFrame | None, out: Path) -> list[Path]:

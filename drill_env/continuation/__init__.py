@@ -12,6 +12,7 @@ from drill_env.continuation.equilibria import (
     routh_hurwitz,
     sticking_set,
 )
+from drill_env.continuation.extended_diagram import ExtendedDiagram, extended_diagram
 from drill_env.continuation.hopf import HopfPoint, hopf_points
 from drill_env.continuation.maps import hopf_map, vibration_map
 from drill_env.continuation.parameter import ParameterDiagram, parameter_diagram
@@ -24,6 +25,7 @@ __all__ = [
     "CycleError",
     "Diagram",
     "EquilibriumBranch",
+    "ExtendedDiagram",
     "HopfPoint",
     "LimitCycle",
     "ParameterDiagram",
@@ -35,6 +37,7 @@ __all__ = [
     "bifurcation_diagram",
     "critical_slope",
     "equilibrium_branch",
+    "extended_diagram",
     "follow",
     "hopf_map",
     "hopf_points",

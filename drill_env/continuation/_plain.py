@@ -17,6 +17,7 @@ def require_plain(rig: Rig) -> None:
     if rig.effects:
         names = ", ".join(str(effect.get("id", "?")) for effect in rig.effects)
         raise InputError(
-            f"continuation does not cover [[effects]] ({names}): simulate the rig or run its "
-            "environment instead, or continue it without them, rig.replace(effects=())"
+            f"limit cycles of a rig with [[effects]] ({names}) are not continued: `bifurcation` "
+            "--rig without a mode, or continuation.extended_diagram, gives its equilibria, Hopf "
+            "points and what it settles on; or continue it without them, rig.replace(effects=())"
         )

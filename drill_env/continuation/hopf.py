@@ -109,7 +109,8 @@ def eigenpairs(matrix: FloatArray) -> tuple[ComplexArray, ComplexArray]:
     return np.asarray(values, dtype=np.complex128), np.asarray(vectors, dtype=np.complex128)
 
 
-def _solve(matrix: FloatArray | ComplexArray, right: ComplexArray) -> ComplexArray:
+def solve_complex(matrix: FloatArray | ComplexArray, right: ComplexArray) -> ComplexArray:
+    """The solution of a linear system, complex whatever the matrix."""
     return np.asarray(np.linalg.solve(matrix.astype(np.complex128), right), dtype=np.complex128)
 
 
@@ -129,8 +130,8 @@ def _lyapunov(
 
     cubic = np.array([0.0, 0.0, -third * q[2] * q[2] * q[2].conjugate() / rig.Jl])
     shifted = np.asarray(2j * frequency * np.eye(3) - matrix, dtype=np.complex128)
-    mean = _solve(matrix, quadratic(q, q.conj()))
-    double = _solve(shifted, quadratic(q, q))
+    mean = solve_complex(matrix, quadratic(q, q.conj()))
+    double = solve_complex(shifted, quadratic(q, q))
     total = cubic - 2.0 * quadratic(q, mean) + quadratic(q.conj(), double)
     return float(np.vdot(p, total).real / (2.0 * frequency))
 

@@ -1,0 +1,146 @@
+"""The bifurcation diagram of a rig with effects."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from drill_env._errors import InputError
+from drill_env.continuation.equilibria import EquilibriumBranch, speed_at
+from drill_env.continuation.extended_equilibria import extended_branch, extended_hopf_points
+from drill_env.continuation.hopf import HopfPoint
+from drill_env.continuation.special import SpecialPoint
+from drill_env.continuation.sweep import Progress, swept
+from drill_env.effects.steady import acting, unsteady
+from drill_env.parameters import Rig
+
+_SPEEDS = 400
+# Drag may be missing or added: speeds are looked at up to so many times those without effects.
+_FURTHER = 2.0
+_SLOWEST = 1e-3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExtendedDiagram:
+    """Equilibria, Hopf points and attractors of a rig with effects.
+
+    Attributes:
+        rig: parameters and effects.
+        to_volts: end of the range, V.
+        equilibria: turning ones; None where an effect remembers, or follows time or an angle.
+        hopf: Hopf points, by speed.
+        attractors: what the rig settles on while the voltage is swept, of `swept`.
+        points: Hopf points as special points.
+        remarks: what was left out, and why.
+    """
+
+    rig: Rig
+    to_volts: float
+    equilibria: EquilibriumBranch | None
+    hopf: tuple[HopfPoint, ...]
+    attractors: pd.DataFrame
+    points: tuple[SpecialPoint, ...]
+    remarks: tuple[str, ...]
+
+
+def extended_diagram(
+    rig: Rig, to_volts: float, step: float = 0.25, progress: Progress | None = None
+) -> ExtendedDiagram:
+    """Equilibria and Hopf points by linearisation, stable motions by a sweep of the voltage.
+
+    Unstable limit cycles and folds are not traced: where the way up and the way down differ, one
+    lies between.
+
+    Args:
+        rig: parameters with two inertias, and effects; those of the encoders do not act.
+        to_volts: end of the range, V.
+        step: of the sweep, V; long steps may leap over an attractor that exists beside another.
+        progress: called with simulations done and to do.
+
+    Raises:
+        InputError: the rig has one inertia, the range is empty, or an effect is wrong.
+        RuntimeError: an integration failed.
+    """
+    if rig.inertias == 1:
+        raise InputError("a bifurcation diagram needs a rig with two inertias; this one has one")
+    if not (math.isfinite(to_volts) and 0.0 < step < to_volts):
+        raise InputError(
+            f"to_volts is {to_volts} and step {step}: give a step above 0 V and below the end"
+        )
+    moving, remembering = acting(rig), unsteady(rig)
+    branch, hopf, remarks = None, (), ()
+    if remembering:
+        remarks = (
+            "equilibria and Hopf points are left out: "
+            f"{', '.join(remembering)} remember, or follow time or an angle",
+        )
+    else:
+        branch = _branch(moving, to_volts)
+        hopf = tuple(extended_hopf_points(moving, branch, to_volts))
+    volts = np.linspace(0.0, to_volts, math.ceil(to_volts / step) + 1)
+    attractors = swept(moving, np.asarray(volts, dtype=np.float64), progress)
+    if not attractors.settled.all():
+        where = ", ".join(f"{v:.3g}" for v in sorted(set(attractors.voltage[~attractors.settled])))
+        remarks = (*remarks, f"not settled at {where} V: extremes still change there")
+    points = tuple(_entry(point) for point in hopf)
+    return ExtendedDiagram(rig, to_volts, branch, hopf, attractors, points, remarks)
+
+
+def extended_table(diagram: ExtendedDiagram) -> pd.DataFrame:
+    """Every equilibrium and attractor, one row each.
+
+    Returns:
+        Columns branch (equilibria, up, down), kind (equilibrium, rest, cycle), parameter (V),
+        min, max, mean (rad/s), twist (rad), period (s), stuck (share), stable, settled.
+    """
+    return pd.DataFrame([*_equilibrium_rows(diagram.equilibria), *_attractor_rows(diagram)])
+
+
+def _branch(rig: Rig, to_volts: float) -> EquilibriumBranch:
+    top = _FURTHER * speed_at(rig.replace(effects=()), to_volts)
+    grid = np.concatenate(
+        [np.geomspace(_SLOWEST, top, _SPEEDS), np.linspace(_SLOWEST, top, _SPEEDS)]
+    )
+    found = extended_branch(rig, np.unique(grid))
+    kept = (found.voltage >= 0.0) & (found.voltage <= to_volts)
+    return EquilibriumBranch(
+        found.voltage[kept], found.omega[kept], found.twist[kept], found.slope[kept],
+        found.eigenvalues[kept], found.stable[kept],
+    )  # fmt: skip
+
+
+def _entry(point: HopfPoint) -> SpecialPoint:
+    kind = "supercritical" if point.supercritical else "subcritical"
+    remark = f"{kind}: first Lyapunov coefficient {point.lyapunov:.4g}"
+    if math.isnan(point.lyapunov):
+        remark = "an effect is a table, whose corners hide whether stable cycles arise"
+    return SpecialPoint(
+        "", "hopf", point.voltage, point.omega, point.omega, point.omega,
+        2.0 * math.pi / point.frequency, (), "a2 a1 = a0 of the linearisation with effects",
+        1e-6, remark,
+    )  # fmt: skip
+
+
+def _equilibrium_rows(branch: EquilibriumBranch | None) -> Iterator[dict[str, Any]]:
+    if branch is None:
+        return
+    columns = (branch.voltage, branch.omega, branch.twist, branch.stable)
+    for volts, omega, twist, stable in zip(*(c.tolist() for c in columns), strict=True):
+        yield {
+            "branch": "equilibria", "kind": "equilibrium", "parameter": volts, "min": omega,
+            "max": omega, "mean": omega, "twist": twist, "stable": stable,
+        }  # fmt: skip
+
+
+def _attractor_rows(diagram: ExtendedDiagram) -> Iterator[dict[str, Any]]:
+    for row in diagram.attractors.to_dict("records"):
+        yield {
+            "branch": row["direction"], "kind": row["kind"], "parameter": row["voltage"],
+            "min": row["min"], "max": row["max"], "mean": row["mean"], "period": row["period"],
+            "stuck": row["stuck"], "stable": True, "settled": row["settled"],
+        }  # fmt: skip

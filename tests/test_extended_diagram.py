@@ -1,0 +1,133 @@
+"""Bifurcation diagrams of rigs with effects."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from drill_env import InputError, Rig
+from drill_env.cli.main import app
+from drill_env.continuation import PeriodMap, extended_diagram, hopf_points, settled_cycle
+from drill_env.continuation.branch import Corrector
+from drill_env.continuation.extended_diagram import extended_table
+from drill_env.continuation.extended_equilibria import (
+    equilibria,
+    extended_branch,
+    extended_hopf_points,
+    rates,
+)
+from drill_env.continuation.sweep import swept
+from drill_env.effects import LIBRARY
+from drill_env.effects.steady import STEADY, steady_torques, unsteady
+from drill_env.integrator import simulate
+from drill_env.parameters import save_rig
+
+RIG = Rig()
+SPEEDS = np.unique(np.concatenate([np.geomspace(1e-3, 40.0, 150), np.linspace(1e-3, 40.0, 300)]))
+DAMPED = RIG.replace(effects=({"id": "string_damping", "damping": 5e-4},))
+
+
+def hopf_of(rig):
+    return extended_hopf_points(rig, extended_branch(rig, SPEEDS), 20.0)
+
+
+def test_without_effects_the_hopf_points_are_the_analytic_ones():
+    ours, exact = hopf_of(RIG), hopf_points(RIG, 20.0)
+    assert len(ours) == len(exact) == 2
+    for point, truth in zip(ours, exact, strict=True):
+        assert point.voltage == pytest.approx(truth.voltage, abs=1e-6)
+        assert point.frequency == pytest.approx(truth.frequency, abs=1e-6)
+        assert point.lyapunov == pytest.approx(truth.lyapunov, rel=1e-3)
+        assert point.crossing == pytest.approx(truth.crossing, rel=1e-3)
+        np.testing.assert_allclose(point.mode, truth.mode, atol=1e-6)
+
+
+def test_an_effect_that_is_a_parameter_moves_the_hopf_points_as_the_parameter_does():
+    as_effect = RIG.replace(effects=({"id": "upper_viscous", "damping": 0.4},))
+    moved = hopf_points(RIG.replace(bu=RIG.bu + 0.4), 20.0)
+    assert [p.voltage for p in hopf_of(as_effect)] == pytest.approx([p.voltage for p in moved])
+    assert abs(moved[0].voltage - hopf_points(RIG, 20.0)[0].voltage) > 0.05
+
+
+@pytest.mark.parametrize("entry", [
+    {"id": "quadratic_drag", "coefficient": 3e-4},
+    {"id": "string_hardening", "coefficient": 1e-4},
+    {"id": "supply_sag", "sag": 0.02},
+    {"id": "table", "component": "lower", "depends_on": "omega_l", "sort": "torque",
+     "knots": [0.0, 10.0, 40.0], "values": [0.0, -0.01, -0.02]},
+])  # fmt: skip
+def test_an_equilibrium_stays_where_it_is_simulated(entry):
+    rig = RIG.replace(effects=(entry,))
+    volts, twist = equilibria(rig, np.array([30.0]))
+    state = np.array([twist[0], 30.0, 30.0])
+    np.testing.assert_allclose(rates(rig, volts, state[np.newaxis]), 0.0, atol=1e-9)
+    run = simulate(
+        rig, float(volts[0]), 2.0, initial=np.append(state, 0.0), modes=np.array([1, 1, 0])
+    )
+    np.testing.assert_allclose(run.state[:, :3], np.tile(state, (len(run.state), 1)), atol=1e-4)
+
+
+def test_the_sweep_finds_both_attractors_between_the_fold_and_the_hopf_point():
+    """D lies at 13.18 V and C at 14.17 V: between them vibration and steady turning coexist."""
+    found = swept(DAMPED.replace(effects=({"id": "string_damping", "damping": 1e-12},)),
+                  np.array([0.05, 3.0, 8.0, 12.0, 14.0, 15.0]))  # fmt: skip
+    up, down = (found[found.direction == way].sort_values("voltage") for way in ("up", "down"))
+    vibrates = ["cycle"] * 3
+    assert list(up.kind) == ["rest", *vibrates, "cycle", "equilibrium"]
+    assert list(down.kind) == ["rest", *vibrates, "equilibrium", "equilibrium"]
+    guess = settled_cycle(PeriodMap(RIG), 3.0)
+    assert guess is not None
+    corrector = Corrector(PeriodMap(RIG), np.array([6.0, 14.0, 19.0, 4.0, 1.0]))
+    cycle = corrector.at_parameter(guess, 3.0).cycle
+    row = up.iloc[1]
+    assert (row["min"], row["max"]) == pytest.approx((cycle.min, cycle.max), abs=1e-3)
+    assert row.period == pytest.approx(cycle.period, rel=1e-3)
+
+
+def test_linearisation_and_sweep_agree_on_where_vibration_begins():
+    hopf = hopf_of(DAMPED)[0]
+    assert hopf.supercritical and hopf.voltage > hopf_points(RIG, 20.0)[0].voltage + 0.005
+    found = swept(DAMPED, np.array([hopf.voltage - 0.02, hopf.voltage + 0.02]))
+    assert list(found.kind) == ["equilibrium", "cycle", "cycle", "equilibrium"]
+
+
+def test_effects_that_remember_are_swept_alone():
+    rig = RIG.replace(effects=({"id": "actuator_lag", "time_constant": 0.05},))
+    found = extended_diagram(rig, 4.0, step=2.0)
+    assert found.equilibria is None and not found.hopf and "actuator_lag" in found.remarks[0]
+    assert list(found.attractors.kind[:3]) == ["rest", "cycle", "cycle"]
+    assert set(extended_table(found).branch) == {"up", "down"}
+
+
+def test_every_effect_is_steady_or_said_to_be_not():
+    """Steady ones answer the same whatever came before."""
+    for name in STEADY:
+        effect = LIBRARY[name]
+        q = {p.name: min(max(p.grid[0], p.low), p.high) for p in effect.parameters}
+        rig = RIG.replace(effects=({"id": name, **q},))
+        assert unsteady(rig) == []
+        states = np.array([[1.0, 5.0, 4.0], [-0.5, 0.2, 0.3], [1.0, 5.0, 4.0]])
+        torques = steady_torques(rig, np.full(3, 2.0), states)
+        np.testing.assert_array_equal(torques[0], torques[2])
+        assert np.any(torques != 0.0)
+
+
+def test_the_command_draws_it_and_says_what_it_does_not(tmp_path):
+    save_rig(DAMPED, tmp_path / "rig.toml")
+    args = ["bifurcation", "--rig", str(tmp_path / "rig.toml"), "--out", str(tmp_path / "out")]
+    done = CliRunner().invoke(app, [*args, "--to", "1"])
+    assert done.exit_code == 0, done.output
+    points = json.loads((tmp_path / "out/points.json").read_text("utf-8"))
+    assert [p["kind"] for p in points] == ["hopf"]
+    table = pd.read_csv(tmp_path / "out/diagram.csv")
+    stable = table[(table.branch == "equilibria") & (table.stable.astype(bool))]
+    assert stable.parameter.max() == pytest.approx(points[0]["parameter"], abs=0.02)
+    assert (tmp_path / "out/diagram.png").stat().st_size > 10_000
+    refused = CliRunner().invoke(app, [*args, "--map", "bl", "--range", "0.003,0.005,3"])
+    assert isinstance(refused.exception, InputError) and "extended_diagram" in str(
+        refused.exception
+    )
