@@ -202,7 +202,26 @@ def find(
         report: told what is being done.
     """
     setting, base = _base(samples, rig, free, doubt, report)
-    here, shaped, refuted, rounds = base, None, None, []
+    here, shaped, refuted, rounds = _sought(setting, base, effects, most, report)
+    named = base.bic - here.bic
+    if shaped is not None and refuted is None and base.bic - shaped.bic <= named + clearly(named):
+        shaped = None
+    report("asking again what was found first")
+    here, contests = contest(setting, here, rounds)
+    here = within_filter(setting, here, report)
+    return Found(setting, base, tuple(rounds), here, contests, shaped, refuted)
+
+
+def _sought(
+    setting: Setting, base: Fit, effects: Sequence[Effect], most: int, report: Report
+) -> tuple[Fit, Fit | None, Fit | None, list[Round]]:
+    """Look for one effect after another.
+
+    Returns:
+        The fit with all names; with a free shape in their place, if one explains more; with a name
+        that is given up for one, if any; and the rounds of the search.
+    """
+    here, shaped, rounds = base, None, []
     for _ in range(most):
         found = search(setting, here, effects, report)
         rounds.append(found)
@@ -212,8 +231,7 @@ def find(
         instead = in_its_place(rounds[-2], found) if here.terms else None
         if instead is not None:
             report(f"refining {instead.term.id} in place of {here.terms[-1].id}")
-            shaped, refuted = polished(setting, instead.fit), here
-            break
+            return here, polished(setting, instead.fit), here, rounds
         chosen = found.named[0] if found.named else None
         hopeless = chosen is None or chosen.criterion < needed
         if hopeless or nameless(found):
@@ -225,10 +243,4 @@ def find(
             break
         report(f"refining {chosen.term.id}")
         here = polished(setting, chosen.fit)
-    named = base.bic - here.bic
-    if shaped is not None and refuted is None and base.bic - shaped.bic <= named + clearly(named):
-        shaped = None
-    report("asking again what was found first")
-    here, contests = contest(setting, here, rounds)
-    here = within_filter(setting, here, report)
-    return Found(setting, base, tuple(rounds), here, contests, shaped, refuted)
+    return here, shaped, None, rounds
