@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from drill_env.diagnosis.contest import trimmed
@@ -10,13 +10,15 @@ from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import Judged, judge, rms
 from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.rounds import NEEDED, Found, clearly, is_named
-from drill_env.diagnosis.slips import Slips
 from drill_env.identification.samples import Samples
 
 # So many times the needed gain is plain evidence; by this share of it held-out recordings may lose.
 _PLAIN, _HARMLESS = 3.0, 0.05
 # Gain above which held-out recordings ask for a term, and how many shapes are asked in turn.
 _HELPS, _SHAPES = 2.0, 2
+# Share of the errors of 5 s predictions below which these speak for a name.
+_NEARER = 0.97
+_LOST = "missed_counts"
 
 
 def _gain(before: Sequence[Judged], after: Sequence[Judged]) -> float:
@@ -30,23 +32,34 @@ def _named_or_not(
     after = tuple(judge(s, found.setting, found.final) for s in held)
     if found.nameless is None:
         return found, after
-    other = tuple(judge(s, found.setting, found.nameless) for s in held)
-    named, free = _gain(before, after), _gain(before, other)
+    named = _gain(before, after)
     # A name that is refuted by what it leaves over gives way to any shape that holds.
     wanted = named + clearly(named) if found.refuted is None else _HELPS
-    if held and found.final.terms and free <= wanted:
-        return replace(found, nameless=None, refuted=None), after
-    return replace(found, final=found.nameless, contests={}), other
+    for shaped in _shaped(found):
+        other = tuple(judge(s, found.setting, shaped) for s in held)
+        if not held or not found.final.terms or _gain(before, other) > wanted:
+            return replace(found, final=shaped, contests={}), other
+    return replace(found, nameless=None, refuted=None), after
+
+
+def _shaped(found: Found) -> Iterator[Fit]:
+    """The fit with a free shape, and with those of the first round that beat all names too."""
+    assert found.nameless is not None
+    yield found.nameless
+    named = found.base.bic - found.final.bic
+    tried = {term.id for term in found.nameless.terms}
+    for attempt in found.rounds[0].shapes[:_SHAPES]:
+        if attempt.term.id not in tried and attempt.criterion > named:
+            yield polished(found.setting, attempt.fit)
 
 
 def _spoken_against(found: Found, before: Sequence[Judged], after: Sequence[Judged]) -> bool:
     """Whether held-out recordings are plainly less likely with the names that were found."""
     terms = found.final.terms
-    # Which counts will be lost in other recordings, lost counts do not tell.
-    if not terms or not all(is_named(t) and not isinstance(t.source, Slips) for t in terms):
+    if not terms or any(not is_named(t) or t.id.startswith(_LOST) for t in terms):
         return False
     shown = found.base.bic - found.final.bic
-    nearer = any(rms(after, "short", i) < 0.9 * rms(before, "short", i) for i in range(2))
+    nearer = any(rms(after, "short", i) < _NEARER * rms(before, "short", i) for i in range(2))
     return not nearer and _gain(before, after) < -max(NEEDED, _HARMLESS * shown)
 
 
@@ -78,7 +91,8 @@ def judged(
     """Judge before and after; a term that does not help on held-out recordings is dropped."""
     before = tuple(judge(s, base_setting, base) for s in held)
     found, after = _named_or_not(found, before, held)
-    while held and found.final.terms and not isinstance(found.final.terms[-1].source, Slips):
+    # Which counts will be lost in other recordings, lost counts do not tell.
+    while held and found.final.terms and not found.final.terms[-1].id.startswith(_LOST):
         fewer = trimmed(found)
         alone = tuple(judge(s, fewer.setting, fewer.final) for s in held)
         gain = _gain(alone, after)

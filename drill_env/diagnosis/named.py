@@ -13,9 +13,9 @@ from drill_env.diagnosis.faults import Fault
 from drill_env.diagnosis.law import LawFit
 from drill_env.diagnosis.offered import is_parameter
 from drill_env.diagnosis.result import NamedEffect, Number
-from drill_env.diagnosis.rounds import Found, Round, is_named
+from drill_env.diagnosis.rounds import Found, Round, is_named, place_of
 from drill_env.diagnosis.slips import Slips
-from drill_env.diagnosis.terms import Named
+from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 
 # What is less probable beside something else stays in the rig, but not as a name.
@@ -43,7 +43,7 @@ def named_effects(
         if not isinstance(term.source, Named) or not is_named(term):
             continue
         effect = term.source.effect
-        if len(found.final.terms) > 1 and belief_in(found, term.id) < _NO_NAME:
+        if len(found.final.terms) > 1 and _stands_aside(found, term):
             continue
         effects.append(
             NamedEffect(
@@ -61,6 +61,12 @@ def named_effects(
         )
     # What the rig's own model has comes before physics beyond it.
     return sorted(effects, key=lambda effect: not is_parameter(effect.id))
+
+
+def _stands_aside(found: Found, term: Term) -> bool:
+    """Whether a term beside others is no name: improbable, or at the place of a free shape."""
+    shapes = [place_of(t) for t in found.final.terms if not is_named(t)]
+    return place_of(term) in shapes or belief_in(found, term.id) < _NO_NAME
 
 
 def rounds_of(found: Found, chosen: str) -> Sequence[Round]:

@@ -121,12 +121,13 @@ def nameless(found: Round) -> bool:
 def in_its_place(first: Round, second: Round) -> Attempt | None:
     """The free shape of the first round that takes a name's place which the second one refutes.
 
-    It does so if a free shape at the very place where the name acts explains more of what the
-    name leaves over than any other name: then the name's formula is not the rig's.
+    It does so if a free shape, or another name, at the very place where the name acts explains
+    more of what the name leaves over than all else: then the name's formula is not the rig's.
     """
-    if not first.named or not nameless(second):
+    if not first.named or second.best is None:
         return None
-    name, left = first.named[0], second.shapes[0]
+    name = first.named[0]
+    left = second.shapes[0] if nameless(second) else (*second.named, second.best)[0]
     place = place_of(name.term)
     needed = max(NEEDED_BESIDE, _LEFT_AT_ITS_PLACE * name.criterion)
     if place_of(left.term) != place or left.criterion < needed:
