@@ -67,6 +67,9 @@ def measure(rows: Sequence[Row]) -> dict[str, Any]:
             [c for r in rows for c in r["covered"]], lambda c: c["inside"]
         ),
         "expected calibration error": calibration_error(rows),
+        "held-out gap closed, truth refitted": _gap(
+            [r for r in clear + pair if r["refitted"]], "gap_closed"
+        ),
         "held-out gap closed": _gap(clear + pair, "gap_closed"),
         "held-out gap closed, against the true plant from its true states": _gap(
             clear + pair, "gap_closed_true_plant"
