@@ -150,6 +150,8 @@ def test_an_interrupted_run_leaves_a_checkpoint_to_go_on_from(tmp_path):
     process = subprocess.Popen(
         command(*args), cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
+        # A shell that starts the tests in its background lets them ignore this signal.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )  # fmt: skip
     until = time.monotonic() + 120
     while not (tmp_path / "i" / "checkpoint.zip").exists() and time.monotonic() < until:
