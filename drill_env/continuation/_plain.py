@@ -6,14 +6,23 @@ from drill_env._errors import InputError
 from drill_env.parameters import Rig
 
 
+def require_string(rig: Rig) -> None:
+    """Refuse a rig without a string.
+
+    Raises:
+        InputError: the rig has one inertia.
+    """
+    if rig.inertias == 1:
+        raise InputError("continuation needs a rig with two inertias; this one has one")
+
+
 def require_plain(rig: Rig) -> None:
     """Refuse what continuation does not cover.
 
     Raises:
         InputError: the rig has one inertia or effects.
     """
-    if rig.inertias == 1:
-        raise InputError("continuation needs a rig with two inertias; this one has one")
+    require_string(rig)
     if rig.effects:
         names = ", ".join(str(effect.get("id", "?")) for effect in rig.effects)
         raise InputError(

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from drill_env._errors import InputError
+from drill_env.continuation._plain import require_string
 from drill_env.continuation.equilibria import EquilibriumBranch, speed_at
 from drill_env.continuation.extended_equilibria import extended_branch, extended_hopf_points
 from drill_env.continuation.hopf import HopfPoint
@@ -66,8 +67,7 @@ def extended_diagram(
         InputError: the rig has one inertia, the range is empty, or an effect is wrong.
         RuntimeError: an integration failed.
     """
-    if rig.inertias == 1:
-        raise InputError("a bifurcation diagram needs a rig with two inertias; this one has one")
+    require_string(rig)
     if not (math.isfinite(to_volts) and 0.0 < step < to_volts):
         raise InputError(
             f"to_volts is {to_volts} and step {step}: give a step above 0 V and below the end"

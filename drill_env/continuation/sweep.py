@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, Literal
+from dataclasses import asdict, dataclass
+from typing import Literal, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -13,9 +13,9 @@ from drill_env._types import FloatArray, IntArray
 from drill_env.integrator.extended import ExtendedRun, run_through, substep_counts
 from drill_env.parameters import Rig
 
-# Natural periods of a block and of what is looked at in the end; blocks of a run, the first one
-# short, for most have settled by then.
-_BLOCK, _LOOKED_AT, _RUNS = 10.0, 8.0, (4, 40)
+# Natural periods of a block and of what is looked at in the end; blocks of a short run, after which
+# most have settled, and of a long one.
+_BLOCK, _LOOKED_AT, _SHORT, _LONG = 10.0, 8.0, 4, 40
 # Two blocks alike by so much of their swing, and of their speed, have settled; less swing than a
 # share of the speed is none.
 _SWING, _SPEED, _STEADY = 2e-3, 1e-4, 1e-2
@@ -24,6 +24,8 @@ _NODE = 2e-3
 _NUDGE = 1e-3
 
 Progress = Callable[[int, int], None]
+Direction: TypeAlias = Literal["up", "down"]
+Motion: TypeAlias = Literal["rest", "equilibrium", "cycle"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +45,8 @@ class Attractor:
     """
 
     voltage: float
-    direction: Literal["up", "down"]
-    kind: Literal["rest", "equilibrium", "cycle"]
+    direction: Direction
+    kind: Motion
     min: float
     max: float
     mean: float
@@ -72,7 +74,7 @@ def swept(rig: Rig, volts: FloatArray, progress: Progress | None = None) -> pd.D
         RuntimeError: the integration failed.
     """
     state, rows = np.zeros(4), []
-    ways: tuple[tuple[Literal["up", "down"], FloatArray], ...] = (
+    ways: tuple[tuple[Direction, FloatArray], ...] = (
         ("up", volts), ("down", volts[::-1]),
     )  # fmt: skip
     for direction, values in ways:
@@ -81,27 +83,20 @@ def swept(rig: Rig, volts: FloatArray, progress: Progress | None = None) -> pd.D
             rows.append(found)
             if progress is not None:
                 progress(len(rows), 2 * len(volts))
-    return pd.DataFrame([_plain(row) for row in rows])
-
-
-def _plain(row: Attractor) -> dict[str, Any]:
-    return {name: getattr(row, name) for name in Attractor.__slots__}
+    return pd.DataFrame([asdict(row) for row in rows])
 
 
 def _settle(
-    rig: Rig, volts: float, start: FloatArray, direction: Literal["up", "down"]
+    rig: Rig, volts: float, start: FloatArray, direction: Direction
 ) -> tuple[Attractor, FloatArray]:
     """Simulate until two blocks are alike; what is settled on, and the state at the end."""
     state = start.copy()
     if state[2] > 0.0:
         state[2] *= 1.0 + _NUDGE
     block = round(_BLOCK * rig.natural_period / _NODE)
-    for blocks in _RUNS[:-1]:
-        done, settled = _run(rig, volts, state, blocks, block)
-        if settled:
-            break
-    else:
-        done, settled = _run(rig, volts, state, _RUNS[-1], block)
+    done, settled = _run(rig, volts, state, _SHORT, block)
+    if not settled:
+        done, settled = _run(rig, volts, state, _LONG, block)
     speed = done.state[:, 2]
     rows = slice(-round(_LOOKED_AT * rig.natural_period / _NODE), None)
     found = _looked_at(volts, direction, speed[rows], done.modes[rows, 1], settled)
@@ -129,7 +124,7 @@ def _alike(before: FloatArray, after: FloatArray) -> bool:
 
 
 def _looked_at(
-    volts: float, direction: Literal["up", "down"], speed: FloatArray, modes: IntArray,
+    volts: float, direction: Direction, speed: FloatArray, modes: IntArray,
     settled: bool,
 ) -> Attractor:  # fmt: skip
     low, high, mean = float(speed.min()), float(speed.max()), float(speed.mean())
@@ -139,7 +134,7 @@ def _looked_at(
         upward = np.flatnonzero((speed[:-1] < mean) & (speed[1:] >= mean))
         if len(upward) > 1:
             period = float((upward[-1] - upward[0]) * _NODE / (len(upward) - 1))
-    kind: Literal["rest", "equilibrium", "cycle"] = "cycle" if vibrates else "equilibrium"
+    kind: Motion = "cycle" if vibrates else "equilibrium"
     if not vibrates and abs(high) < _STEADY:
         kind = "rest"
     stuck = float(np.mean(modes == 0))

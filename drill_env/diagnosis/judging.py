@@ -63,16 +63,16 @@ def _spoken_against(found: Found, before: Sequence[Judged], after: Sequence[Judg
     return not nearer and _gain(before, after) < -max(NEEDED, _HARMLESS * shown)
 
 
-def _given_up(
-    found: Found, before: tuple[Judged, ...], held: Sequence[Samples]
-) -> tuple[Found, tuple[Judged, ...]]:
+def _given_up(found: Found, held: Sequence[Samples]) -> tuple[Found, tuple[Judged, ...]]:
     """The search without its names: a free shape that holds on held-out recordings, or none.
 
     Where the fitted recordings hardly asked for the names, nothing is missing.
     """
     bare = replace(found, final=found.base, contests={}, nameless=None)
+    # With another friction law, the rig alone is not the one of before.
+    alone = tuple(judge(s, found.setting, found.base) for s in held)
     if found.base.bic - found.final.bic <= _PLAIN * NEEDED:
-        return bare, before
+        return bare, alone
     bare = replace(bare, refuted=found.final)
     for attempt in found.rounds[0].shapes[:_SHAPES]:
         if attempt.criterion <= NEEDED:
@@ -80,9 +80,9 @@ def _given_up(
         fit = polished(found.setting, attempt.fit)
         shaped = replace(bare, final=fit)
         after = tuple(judge(s, found.setting, fit) for s in held)
-        if _gain(before, after) > _HELPS:
+        if _gain(alone, after) > _HELPS:
             return shaped, after
-    return bare, before
+    return bare, alone
 
 
 def judged(
@@ -109,5 +109,5 @@ def judged(
             break
         found, after = fewer, alone
     if held and _spoken_against(found, before, after):
-        found, after = _given_up(found, before, held)
+        found, after = _given_up(found, held)
     return found, before, after

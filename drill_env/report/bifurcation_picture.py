@@ -48,16 +48,20 @@ def diagram_figure(diagram: Diagram, recorded: pd.DataFrame | None = None) -> Fi
         for column in ("min", "max"):
             axes.plot(rows.parameter, rows[column], style, color=_COLOUR[str(kind)], lw=1.3)
     mark_points(axes, diagram.points)
-    if recorded is not None:
-        for column in ("min", "max"):
-            label = "recorded" if column == "min" else None
-            axes.plot(
-                recorded.voltage, recorded[column], "o", mfc="none", color="#c0392b", label=label
-            )
+    draw_recorded(axes, recorded)
     axes.set_xlim(0.0, diagram.to_volts)
     axes.set_xlabel(r"$u_c$ [V]")
     axes.legend(frameon=False, fontsize=9)
     return figure
+
+
+def draw_recorded(axes: Any, recorded: pd.DataFrame | None) -> None:
+    """Lay recorded extremes, columns voltage, min and max, over a diagram as circles."""
+    if recorded is None:
+        return
+    for column in ("min", "max"):
+        label = "recorded" if column == "min" else None
+        axes.plot(recorded.voltage, recorded[column], "o", mfc="none", color="#c0392b", label=label)
 
 
 def mark_points(axes: Any, points: Iterable[SpecialPoint]) -> None:

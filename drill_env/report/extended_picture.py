@@ -9,7 +9,14 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from drill_env.continuation.extended_diagram import ExtendedDiagram
-from drill_env.report.bifurcation_picture import STABLE, UNSTABLE, blank, mark_points, save
+from drill_env.report.bifurcation_picture import (
+    STABLE,
+    UNSTABLE,
+    blank,
+    draw_recorded,
+    mark_points,
+    save,
+)
 
 _WAYS = {"up": ("^", "#1f5fa8"), "down": ("v", "#e08e2b")}
 
@@ -32,12 +39,7 @@ def extended_figure(diagram: ExtendedDiagram, recorded: pd.DataFrame | None = No
         for column in ("min", "max"):
             label = f"settled, voltage going {way}" if column == "min" else None
             axes.plot(rows.voltage, rows[column], mark, ms=4.0, color=colour, label=label)
-    if recorded is not None:
-        for column in ("min", "max"):
-            label = "recorded" if column == "min" else None
-            axes.plot(
-                recorded.voltage, recorded[column], "o", mfc="none", color="#c0392b", label=label
-            )
+    draw_recorded(axes, recorded)
     mark_points(axes, diagram.points)
     axes.set_xlim(0.0, diagram.to_volts)
     axes.set_xlabel(r"$u_c$ [V]")
