@@ -31,13 +31,23 @@ _CONFUSED = 0.02
 
 def _menu() -> tuple[Signal, ...]:
     plain = Signal("quasi-random", seconds=_SECONDS, rate=_RATE, limit=5.0)
+    sine, steps = replace(plain, kind="harmonic"), replace(plain, kind="steps")
+    chirp = replace(plain, kind="chirp")
     return (
         plain,
-        replace(plain, kind="harmonic", offset=0.0, amplitude=4.0, frequency=0.25),
-        replace(plain, kind="harmonic", offset=2.5, amplitude=2.0, frequency=0.05),
-        replace(plain, kind="steps", dwell=4.0, seed=3),
+        replace(plain, dwell=4.0, seed=1),
+        replace(sine, offset=0.0, amplitude=4.0, frequency=0.25),
+        replace(sine, offset=1.5, amplitude=1.5, frequency=0.25),
+        replace(sine, offset=2.5, amplitude=2.0, frequency=0.05),
+        replace(sine, offset=2.5, amplitude=2.5, frequency=1.0),
+        replace(sine, offset=0.0, amplitude=5.0, frequency=1.0),
+        replace(steps, dwell=1.0, seed=2),
+        replace(steps, dwell=4.0, seed=3),
+        replace(steps, dwell=12.0, seed=4),
         replace(plain, kind="ramp", offset=-5.0, amplitude=10.0),
-        replace(plain, kind="chirp", offset=1.5, amplitude=3.0, frequency_end=2.0),
+        replace(plain, kind="constant", offset=4.5),
+        replace(chirp, offset=1.5, amplitude=3.0, frequency_end=2.0),
+        replace(chirp, offset=0.0, amplitude=5.0, frequency_end=2.0),
     )
 
 
@@ -105,26 +115,16 @@ def _bent(fit: Fit, there: Fit) -> float:
 
 
 def _words(signal: Signal) -> str:
-    extra = ""
-    if signal.kind == "harmonic":
-        extra = f" of {signal.frequency:g} Hz around {signal.offset:g} V"
-    elif signal.kind == "steps":
-        extra = f" held for {signal.dwell:g} s"
-    elif signal.kind == "chirp":
-        extra = f" up to {signal.frequency_end:g} Hz"
+    (offset, amplitude), held = signal.levels, f" held for {signal.dwell} s" if signal.dwell else ""
+    extra = {
+        "quasi-random": held,
+        "steps": held,
+        "harmonic": f" of {signal.frequency} Hz and {amplitude:g} V around {offset:g} V",
+        "chirp": f" up to {signal.frequency_end:g} Hz around {offset:g} V",
+        "constant": f" of {offset:g} V",
+    }.get(signal.kind, "")
     return f"a {signal.kind} voltage{extra} for {signal.seconds:g} s"
 
 
 def _command(signal: Signal) -> str:
-    options = [f"--seconds {signal.seconds:g}", f"--rate {signal.rate:g}"]
-    if signal.kind in ("harmonic", "ramp", "chirp"):
-        options += [f"--offset {signal.offset:g}", f"--amplitude {signal.amplitude:g}"]
-    if signal.kind == "harmonic":
-        options.append(f"--frequency {signal.frequency:g}")
-    if signal.kind == "chirp":
-        options.append(f"--frequency-end {signal.frequency_end:g}")
-    if signal.kind == "steps":
-        options.append(f"--dwell {signal.dwell:g}")
-    if signal.kind in ("quasi-random", "steps"):
-        options.append(f"--seed {signal.seed}")
-    return f"drill-env signal {signal.kind} {' '.join(options)} --out play.csv"
+    return f"drill-env signal {signal.text} --out play.csv"
