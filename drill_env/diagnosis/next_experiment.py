@@ -115,7 +115,8 @@ def _bent(fit: Fit, there: Fit) -> float:
 
 
 def _words(signal: Signal) -> str:
-    (offset, amplitude), held = signal.levels, f" held for {signal.dwell} s" if signal.dwell else ""
+    offset, amplitude = signal.levels
+    held = f" held for {signal.dwell:g} s" if signal.dwell else ""
     extra = {
         "quasi-random": held,
         "steps": held,
