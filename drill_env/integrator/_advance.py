@@ -1,6 +1,7 @@
 """Compiled event-driven integration through a piecewise-polynomial voltage."""
 
 from drill_env._jit import inlined, kernel
+from drill_env.integrator._dopri5_variational import dopri5_sensitivity
 from drill_env.integrator._events import LOWER, UPPER, first_event
 from drill_env.integrator._modes import MAXIMUM, MINIMUM, change, note, overdue
 from drill_env.integrator._records import N_STATE
@@ -156,7 +157,10 @@ def finish_step(p, run, work, tab, h, t_new, t_eval, out, modes, log, sens_out):
     if turns or (run.sample < t_eval.size and t_eval[run.sample] < t_new):
         fill_dense(p, run, work, tab, h)
     if work.sensitivity:
-        step_sensitivity(p, run, work, tab, h)
+        if tab.extra == 0:
+            dopri5_sensitivity(p, run, work, tab, h)
+        else:
+            step_sensitivity(p, run, work, tab, h)
     write_samples(run, work, tab, h, t_new, t_eval, out, modes, sens_out)
     if turns:
         note_turn(run, work, tab, h, log)

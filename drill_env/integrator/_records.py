@@ -58,6 +58,9 @@ WORK = np.dtype(
         ("stage", "f8", (N_STATE, N_COLUMNS)),
         ("jac", "f8", (4,)),
         ("rates", "f8", (2, N_PARAMETERS)),
+        # Of a short tableau's stages: slope of the lower law, forcing of every column.
+        ("slopes", "f8", (6,)),
+        ("force", "f8", (6, 2, N_COLUMNS)),
     ],
     align=True,
 )
