@@ -49,7 +49,9 @@ def whitened(
     """Columns (coordinates, terms' numbers, starts) of the linear regression, shape (n, 2, m)."""
     places = [SYMBOLS.index(name) for name in setting.coordinates.free]
     slopes = path.rows["slopes"]
-    columns = [slopes[:, :, places] @ jacobian]
+    # One product of plain matrices: a stack of small ones is many times slower.
+    own = slopes[:, :, places].reshape(-1, len(places)) @ jacobian
+    columns = [own.reshape(*slopes.shape[:2], -1)]
     for place, term in enumerate(terms):
         if at_rest(term):
             filtered = partial(
@@ -88,7 +90,9 @@ def _part(
     columns = whitened(given, setting, rig, jacobian, terms, noise, starts, path, motion)
     count = columns.shape[2]
     used = path.rows["weight"] > 0
-    x, white = columns[used], path.rows["white"][used]
+    whole = bool(used.all())
+    x = columns.reshape(-1, count) if whole else columns[used]
+    white = path.rows["white"][used]
     gradient, information = x.T @ white, x.T @ x
     known = samples.spreads <= 0.0
     weights, miss = start_prior(samples, starts)

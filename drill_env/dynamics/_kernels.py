@@ -11,6 +11,7 @@ from drill_env.friction._kernels import (
     lower_gradient,
     lower_sliding,
     lower_slope,
+    slope_of_gradient,
     upper_sliding,
 )
 from drill_env.parameters._record import (
@@ -95,6 +96,14 @@ def clamp_event(p, lower, clamped, omega_l, acceleration):
     return p.clamp_high - speed, -rate
 
 
+@inlined
+def lower_rate_slope(p, lower, clamped, omega_l):
+    """Derivative of the lower disc's acceleration by its speed, 1/s."""
+    if lower == 0 or clamped == 1:
+        return 0.0
+    return -lower_slope(p, lower * omega_l) * p.per_Jl
+
+
 @kernel
 def fill_jacobian(p, upper, lower, clamped, omega_l, jac):
     """Non-zero entries of d(rates)/d(twist, omega_u, omega_l): `jac` = (u_x, u_u, l_x, l_l)."""
@@ -104,28 +113,37 @@ def fill_jacobian(p, upper, lower, clamped, omega_l, jac):
         jac[1] = -(p.bu + upper * p.dbu) * p.per_Ju
     if lower != 0:
         jac[2] = p.ktheta * p.per_Jl
-        if clamped != 1:
-            jac[3] = -lower_slope(p, lower * omega_l) * p.per_Jl
+        jac[3] = lower_rate_slope(p, lower, clamped, omega_l)
 
 
 @kernel
-def fill_parameter_rates(p, upper, lower, clamped, twist, omega_u, omega_l, u, out_u, out_l):
-    """Derivatives of both accelerations by the fourteen parameters."""
+def fill_parameter_rates(
+    p, upper, lower, clamped, twist, omega_u, omega_l, u, rate_u, rate_l, out_u, out_l
+):
+    """Derivatives of both accelerations, `rate_u` and `rate_l`, by the fourteen parameters.
+
+    Returns:
+        Derivative of `rate_l` by omega_l, 1/s, as `fill_jacobian` gives it.
+    """
     for i in range(N_PARAMETERS):
         out_u[i] = 0.0
         out_l[i] = 0.0
     if upper != 0:
         out_u[KM] = u * p.per_Ju
-        out_u[JU] = -upper_rate(p, upper, twist, omega_u, u) * p.per_Ju
+        out_u[JU] = -rate_u * p.per_Ju
         out_u[KTHETA] = -twist * p.per_Ju
         out_u[TSU] = -upper * p.per_Ju
         out_u[DTSU] = -p.per_Ju
         out_u[BU] = -omega_u * p.per_Ju
         out_u[DBU] = -upper * omega_u * p.per_Ju
-    if lower != 0:
-        if clamped != 1:
-            lower_gradient(p, lower * omega_l, out_l)
-            for i in range(TSL, N_PARAMETERS):
-                out_l[i] *= -lower * p.per_Jl
-        out_l[JL] = -lower_rate(p, lower, clamped, twist, omega_l) * p.per_Jl
-        out_l[KTHETA] = twist * p.per_Jl
+    if lower == 0:
+        return 0.0
+    slope = 0.0
+    if clamped != 1:
+        lower_gradient(p, lower * omega_l, out_l)
+        slope = -slope_of_gradient(p, out_l) * p.per_Jl
+        for i in range(TSL, N_PARAMETERS):
+            out_l[i] *= -lower * p.per_Jl
+    out_l[JL] = -rate_l * p.per_Jl
+    out_l[KTHETA] = twist * p.per_Jl
+    return slope

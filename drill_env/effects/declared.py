@@ -191,7 +191,7 @@ def _numbers(entry: Mapping[str, Any], key: str) -> FloatArray:
     given = entry.get(key)
     if isinstance(given, str) or not isinstance(given, Sequence):
         raise InputError(f"table: {key} is {given!r}; give a list of numbers")
-    plain = all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in given)
+    plain = all(issubclass(t, (int, float)) and t is not bool for t in set(map(type, given)))
     if not plain or not np.isfinite(np.array(given, dtype=float)).all():
         raise InputError(f"table: {key} holds something that is no finite number; correct it")
     return np.array(given, dtype=float)

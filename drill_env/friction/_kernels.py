@@ -77,6 +77,18 @@ def lower_gradient(p, speed, out):
         out[BETA1] = p.T1 * speed * e
 
 
+@inlined
+def slope_of_gradient(p, out):
+    """dT_l/d(speed) (Nm s/rad) from what `lower_gradient` left: no exponential anew."""
+    slope = p.bl
+    if p.law == HUMPED:
+        s1, s2 = out[T1], out[T2]
+        slope += 0.5 * (p.T1 * p.beta1 * (1.0 - s1 * s1) + p.T2 * p.beta2 * (1.0 - s2 * s2))
+    elif p.law == STRIBECK:
+        slope += p.T1 * p.beta1 * (1.0 - out[T1])
+    return slope
+
+
 @kernel
 def torque_root(p, positive, negative):
     """Speed between `positive` and `negative` where T_l changes sign (bisection)."""

@@ -42,8 +42,9 @@ def fill_stage_rates(p, run, work, i, u):
     if work.columns == FIRST_PARAMETER:
         return
     fill_parameter_rates(
-        p, mode[0], mode[1], mode[2], ys[i, 0], ys[i, 1], ys[i, 2], u, work.rates[0], work.rates[1]
-    )
+        p, mode[0], mode[1], mode[2], ys[i, 0], ys[i, 1], ys[i, 2], u, work.k[i, 1], work.k[i, 2],
+        work.rates[0], work.rates[1],
+    )  # fmt: skip
     for c in range(N_PARAMETERS):
         ks[i, 1, FIRST_PARAMETER + c] += work.rates[0, c]
         ks[i, 2, FIRST_PARAMETER + c] += work.rates[1, c]
