@@ -66,12 +66,15 @@ def differences(rig: Rig, drive: Any, start: np.ndarray, t: np.ndarray) -> np.nd
 
 
 @pytest.mark.filterwarnings("ignore::drill_env.integrator.NegativeFrictionWarning")
+@pytest.mark.parametrize("method", ["dop853", "dopri5"])
 @pytest.mark.parametrize("name", list(RUNS))
-def test_every_column_matches_finite_differences(name: str) -> None:
+def test_every_column_matches_finite_differences(name: str, method: Any) -> None:
     rig, drive, seconds, wanted = RUNS[name]
     t = np.linspace(0.0, seconds, 41)
     start = ON_THE_CYCLE if name == "reversals" else SWINGING
-    run = simulate(rig, drive, seconds, t_eval=t, initial=start, sensitivity=True, **TIGHT)
+    run = simulate(
+        rig, drive, seconds, t_eval=t, initial=start, sensitivity=True, method=method, **TIGHT
+    )
     seen = {(Disc(d), Kind(k)) for d, k in zip(run.events.disc, run.events.kind, strict=True)}
     assert wanted <= seen
     found = differences(rig, drive, start, t)
