@@ -55,6 +55,8 @@ def test_what_held_out_recordings_contradict_is_no_name():
     page = diagnosis_page(found)
     assert "Given up:" in page and "makes the" in page
     assert any("less likely" in line for line in result.sentences)
+    assert any("unbalance was given up" in line for line in result.sentences)
+    assert not any("confused with unbalance" in line for line in result.sentences)
 
 
 def test_a_name_that_leaves_over_a_shape_at_its_own_place_gives_way_to_one():

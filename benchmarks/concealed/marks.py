@@ -69,8 +69,8 @@ def mark(
         "says_unexplained": diagnosis.get("verdict") == "unexplained",
         "coordinate": bool(truths) and _coordinate(diagnosis) in truths[0]["depends_on"],
         "probability": _probability(diagnosis),
-        "gap_closed": _gap_closed(diagnosis, oracle or true_plant),
-        "gap_closed_true_plant": _gap_closed(diagnosis, true_plant),
+        "gap_closed": _gap_closed(diagnosis, oracle or true_plant) if truths else None,
+        "gap_closed_true_plant": _gap_closed(diagnosis, true_plant) if truths else None,
         "refitted": oracle is not None,
         "covered": list(_coverage(answer, diagnosis)),
     }  # fmt: skip
@@ -100,15 +100,17 @@ def _pooled(recordings: Iterable[Mapping[str, float]]) -> dict[str, float]:
 
 def _gap_closed(diagnosis: Mapping[str, Any], oracle: Mapping[str, float]) -> float | None:
     """Share of the closable error of 5 s predictions that is closed, mean over the channels."""
+    if not diagnosis:
+        return 0.0
     five = (diagnosis.get("fit") or {}).get("five_second_prediction") or {}
     shares = []
     for channel, least in oracle.items():
         told = five.get(channel) or {}
         before, after = told.get("before_rms"), told.get("after_rms")
-        if before is None or after is None:
+        if before is None or before <= _CLOSABLE * least:
             continue
-        if before > _CLOSABLE * least:
-            shares.append(min((before - after) / (before - least), 1.0))
+        # Predictions that leave all bounds close nothing.
+        shares.append(min((before - after) / (before - least), 1.0) if after is not None else 0.0)
     return sum(shares) / len(shares) if shares else None
 
 

@@ -38,6 +38,7 @@ from drill_env.diagnosis.offered import free_parameters
 from drill_env.diagnosis.scan import score_effects
 from drill_env.diagnosis.search import base_fit
 from drill_env.diagnosis.terms import Named, Term
+from drill_env.diagnosis.within import within_filter
 from drill_env.effects import LIBRARY
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.prediction_error import path_of
@@ -93,7 +94,7 @@ def from_truth(setting: Setting, rig: Rig, terms: Sequence[Term]) -> Fit:
     for term in terms:
         here = added(plain, here, term)
     here = descend_jointly(plain, here, limit=_ROUNDS, enough=2.0, sizes=False)
-    return polished(setting, here)
+    return within_filter(setting, polished(setting, here), _told_to_nobody)
 
 
 def from_base(setting: Setting, base: Fit, effects: Sequence[str]) -> Fit | None:
@@ -105,7 +106,11 @@ def from_base(setting: Setting, base: Fit, effects: Sequence[str]) -> Fit | None
             return None
         here = first_look(setting, here, scored[0])[1]
         here = descend_jointly(setting, here, limit=_ROUNDS, enough=2.0)
-    return polished(setting, here)
+    return within_filter(setting, polished(setting, here), _told_to_nobody)
+
+
+def _told_to_nobody(text: str) -> None:
+    """The steps of one fit among hundreds are no news."""
 
 
 @dataclass(frozen=True, eq=False)

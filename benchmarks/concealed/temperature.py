@@ -16,17 +16,22 @@ import numpy as np
 import typer
 
 from benchmarks.concealed.measures import Row, calibration_error
+from drill_env.diagnosis.belief import UNLISTED
 
 FACTORS = (0.7, 1.0, 1.3, 1.6, 2.0, 2.5, 3.0, 4.0)
 _LEAST = 1e-4
 
 
 def sharpened(rows: list[Row], factor: float) -> list[Row]:
-    """The claims when all differences of the evidence count `factor` times as much."""
+    """The claims when all differences of the evidence count `factor` times as much.
+
+    What is kept for physics of no library stays kept.
+    """
     out = []
     for row in rows:
-        p = min(max(row["probability"], 1e-12), 1.0 - 1e-12)
-        out.append({**row, "probability": 1.0 / (1.0 + ((1.0 - p) / p) ** factor)})
+        p = min(max(row["probability"] / (1.0 - UNLISTED), 1e-12), 1.0 - 1e-12)
+        sharp = 1.0 / (1.0 + ((1.0 - p) / p) ** factor)
+        out.append({**row, "probability": (1.0 - UNLISTED) * sharp})
     return out
 
 

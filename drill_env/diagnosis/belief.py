@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 
 import numpy as np
 
@@ -134,13 +134,13 @@ def significant(changed: dict[str, Change], share: float = 0.02) -> list[str]:
 
 
 def rivals(
-    found: Sequence[Round], chosen: str, given_up: Sequence[str] = ()
+    found: Sequence[Round], chosen: Container[str], given_up: Sequence[str] = ()
 ) -> list[tuple[str, float, float]]:
     """Other candidates of the first round: id, probability and criterion lost to the best.
 
     Args:
         found: rounds.
-        chosen: the candidate whose rivals they are.
+        chosen: candidates that were found, so no rivals.
         given_up: names that are none, whatever the fitted recordings say for them.
     """
     if not found:
@@ -152,5 +152,5 @@ def rivals(
     best = max((a.criterion for a in (*first.named, *first.shapes)), default=0.0)
     both = sorted((*first.named, *first.shapes), key=lambda a: -a.criterion)
     return [
-        (a.term.id, chances[a.term.id], best - a.criterion) for a in both if a.term.id != chosen
+        (a.term.id, chances[a.term.id], best - a.criterion) for a in both if a.term.id not in chosen
     ]

@@ -64,4 +64,5 @@ def trimmed(found: Found) -> Found:
         return replace(found, final=found.base)
     fewer = without(found.setting, final, len(final.terms) - 1)
     fewer = descend_jointly(found.setting, fewer, limit=LAST_ROUNDS, enough=0.5, sizes=False)
-    return replace(found, final=fewer)
+    # What was gained beside the term that is gone tells nothing any more.
+    return replace(found, final=fewer, contests={})

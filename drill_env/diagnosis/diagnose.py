@@ -104,20 +104,35 @@ def diagnose(
     with threadpool_limits(1):
         samples = [prepare(r, rig) for r in recordings]
         held = [prepare(r, rig) for r in holdout]
+        _check_channels(held)
         return _diagnose(samples, held, rig, options, report)
+
+
+def _check_channels(held: Sequence[Samples]) -> None:
+    judged_by = [judged_channels(s) for s in held]
+    for samples, channels in zip(held, judged_by, strict=True):
+        if channels != judged_by[0]:
+            raise InputError(
+                f"{samples.recording.source} is judged by {' and '.join(channels)}, "
+                f"{held[0].recording.source} by {' and '.join(judged_by[0])}: "
+                "hold out recordings with the same channels"
+            )
 
 
 def _diagnose(
     samples: list[Samples], held: list[Samples], rig: Rig, options: DiagnosisOptions, report: Report
 ) -> Diagnosis:
-    scale = "km" if torque_driven([s.recording for s in samples]) else "Ju"
+    known = torque_driven([s.recording for s in samples]) or "km" in options.fixed
+    scale = "km" if known else "Ju"
     free = free_parameters(rig, options.fixed, scale)
     library = offered_effects(rig, free, samples, options.leave_out)
     found = find(samples, rig, free, library, most=options.most, doubt=options.doubt, report=report)
     law = None
     if rig.friction != "humped" and rig.inertias == 2 and "friction_shape" not in options.leave_out:
         report("trying another friction law")
-        law = law_fit(samples, rig, found, library, options.most, report, options.doubt)
+        law = law_fit(
+            samples, rig, found, library, options.most, report, options.doubt, options.fixed
+        )
         found = law.found if law else found
     held = [replace(s, release=found.setting.samples[0].release) for s in held]
     held = cleaned(held, found.setting.jitter)
@@ -144,9 +159,12 @@ def _result(
     effects = named_effects(found, law, faults, scale)
     shaped = [t for t in final.terms if not is_named(t)]
     verdict = _verdict(found, effects, shaped, changed, options)
-    chosen = effects[0].id if effects else (shaped[0].id if shaped else "")
+    inside = [t.id for t in final.terms]
+    # Another law and faults of the recordings are no candidates of the search.
+    leading = next((e.id for e in effects if e.id in inside), shaped[0].id if shaped else "")
+    known = {*inside, *(e.id for e in effects)}
     alternatives = [
-        Alternative(*rival) for rival in rivals(rounds_of(found, chosen), chosen, found.given_up)
+        Alternative(*rival) for rival in rivals(rounds_of(found, leading), known, found.given_up)
     ]
     # The menu is of the rig's voltages: a lone axis would leave its bench.
     plays = final.rig.inertias == 2 and setting.samples[0].recording.drive == "voltage"
@@ -162,14 +180,14 @@ def _result(
             "holdout": [s.recording.source for s in held],
         },
     )  # fmt: skip
-    return replace(result, sentences=sentences(result))
+    return replace(result, sentences=sentences(result, found.given_up))
 
 
 def _verdict(
     found: Found, effects: list[NamedEffect], shaped: list[Term], changed: dict[str, Change],
     options: DiagnosisOptions,
 ) -> Verdict:  # fmt: skip
-    if shaped and not (effects and _beside(found)):
+    if shaped and not _beside(found):
         return "unexplained"
     if effects:
         return "missing_physics"
@@ -182,6 +200,8 @@ def _verdict(
 
 def _beside(found: Found) -> bool:
     """Whether a shape is only what a named effect leaves over."""
+    if not any(is_named(term) for term in found.final.terms):
+        return False
     if len(found.rounds) < 2 or not found.rounds[0].named or not found.rounds[1].shapes:
         return False
     return found.rounds[1].shapes[0].criterion < _LEFT_OVER * found.rounds[0].named[0].criterion

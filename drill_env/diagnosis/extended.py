@@ -104,7 +104,7 @@ def _part(
         here = used[rows]
         z, w = inner_columns[rows][here], path.rows["white"][rows][here]
         still = np.zeros(len(known[i]), dtype=np.bool_)
-        if rig.inertias == 2:
+        if rig.inertias == 2 and edges[i + 1] - edges[i] > 1:
             # On a lone axis (EMPS) fits ended worse with it; why is not known.
             dt = float(samples.t[edges[i] + 1] - samples.t[edges[i]])
             still = ~known[i] & _soon_at_rest(z, dt)

@@ -43,18 +43,20 @@ def grid_of(effect: Effect, ground: Ground) -> list[FloatArray]:
 
 def _frequencies(ground: Ground, disc: int) -> list[float]:
     """Frequencies (Hz) at which a torque would explain most, from the likelihood's slopes."""
-    total, longest = None, max(len(p) for p in ground.pull)
+    intervals = [k.samples.recording.interval for k in ground.known]
+    # Rows that are missing, and files of different rates, keep their place in time.
+    interval = min(intervals)
+    places = [np.rint(k.motion.t / interval).astype(np.int64) for k in ground.known]
+    longest = max(int(place[-1]) for place in places) + 1
     size = 2 * longest
-    for pull in ground.pull:
-        power = np.abs(np.fft.rfft(pull[:, disc], size)) ** 2
-        total = power if total is None else total + power
-    assert total is not None
-    interval = ground.known[0].samples.recording.interval
+    total = np.zeros(longest + 1)
+    for pull, place in zip(ground.pull, places, strict=True):
+        total += np.abs(np.fft.rfft(np.bincount(place, pull[:, disc], minlength=size))) ** 2
     hertz = np.fft.rfftfreq(size, interval)
     wide = max(int(0.02 * len(total)), 5)
     kernel = np.ones(wide) / wide
     relative = total / (np.convolve(total, kernel, mode="same") + 1e-300)
-    relative[(hertz < 0.03) | (hertz > min(_HIGHEST_HZ, 0.45 / interval))] = 0.0
+    relative[(hertz < 0.03) | (hertz > min(_HIGHEST_HZ, 0.45 / max(intervals)))] = 0.0
     found: list[float] = []
     for place in np.argsort(-relative)[:200]:
         value = float(hertz[place])

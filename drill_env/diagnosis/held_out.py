@@ -85,9 +85,11 @@ def judge(samples: Samples, setting: Setting, fit: Fit) -> Judged:
     rig, offset = extended_rig(fit.rig, fit.terms), _offset(given, states)
     free = _run_from(samples, rig, motion, offset, rows)
     short = _run_from(samples, rig, motion, offset, spans)
-    value = path.value + lost_value(samples, given, path.value, int(used.sum()))
+    count = int(used.sum())
+    floor = float(np.sum(-2.0 * np.log(w[used])) + count)
+    value, floor = (v + lost_value(samples, given, v, count) for v in (path.value, floor))
     return Judged(
-        value, float(np.sum(-2.0 * np.log(w[used])) + used.sum()), int(used.sum()),
+        value, floor, count,
         free, short, _measured(samples), motion, states[:, 4:], judged_channels(samples),
     )  # fmt: skip
 
@@ -236,11 +238,16 @@ def _shaken(
 ) -> FloatArray:
     """What drawn torques do to runs that begin anew at each of some rows, shape (n, 2)."""
     channels = judged_channels(samples)
-    table = {
-        "id": "table", "component": "lower", "depends_on": "time", "sort": "torque",
-        "knots": samples.t.tolist(), "values": torque[:, 1].tolist(),
-    }  # fmt: skip
-    shaken = rig if rig.inertias == 1 else rig.replace(effects=(*rig.effects, table))
+    # A drive with a fault of its own would not pass on noise of the voltage.
+    discs = ("upper", "lower")[: rig.inertias]
+    tables = [
+        {
+            "id": "table", "component": disc, "depends_on": "time", "sort": "torque",
+            "knots": samples.t.tolist(), "values": torque[:, place].tolist(),
+        }
+        for place, disc in enumerate(discs)
+    ]  # fmt: skip
+    shaken = rig.replace(effects=(*rig.effects, *tables))
     out = np.full((len(samples.t), 2), math.nan)
     for a, b in zip(rows.tolist(), [*rows[1:].tolist(), len(samples.t)], strict=True):
         part, start = slice(a, b), motion.states[a, :4]
@@ -249,8 +256,7 @@ def _shaken(
         t, u = samples.t[part], samples.u[part]
         try:
             quiet = _chosen(*run_extended(rig, t, u, start), channels)
-            loud = run_extended(shaken, t, u + torque[part, 0] / rig.km, start)
-            out[part] = _chosen(*loud, channels) - quiet
+            out[part] = _chosen(*run_extended(shaken, t, u, start), channels) - quiet
         except (InputError, RuntimeError):
             continue
     return out

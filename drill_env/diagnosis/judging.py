@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -19,6 +20,8 @@ _HELPS, _SHAPES = 2.0, 2
 # Share of the errors of 5 s predictions below which these speak for a name.
 _NEARER = 0.97
 _LOST = "missed_counts"
+# Errors of 5 s predictions that are less than this many times as large are hardly worse.
+_WORSE = 1.05
 
 
 def _gain(before: Sequence[Judged], after: Sequence[Judged]) -> float:
@@ -85,6 +88,13 @@ def _given_up(found: Found, held: Sequence[Samples]) -> tuple[Found, tuple[Judge
     return bare, alone
 
 
+def _as_near(alone: Sequence[Judged], after: Sequence[Judged]) -> bool:
+    """Whether 5 s predictions of all that is read are hardly worse."""
+    pairs = [(rms(after, "short", i), rms(alone, "short", i)) for i in range(2)]
+    read = [(a, b) for a, b in pairs if math.isfinite(b)]
+    return bool(read) and all(a < _WORSE * b for a, b in read)
+
+
 def judged(
     found: Found, base_setting: Setting, base: Fit, held: Sequence[Samples]
 ) -> tuple[Found, tuple[Judged, ...], tuple[Judged, ...]]:
@@ -99,7 +109,7 @@ def judged(
         nearer = any(rms(after, "short", i) < 0.9 * rms(alone, "short", i) for i in range(2))
         # Other signals may leave at rest what the fitted ones show plainly.
         shown = fewer.final.bic - found.final.bic
-        near = all(rms(after, "short", i) < 1.05 * rms(alone, "short", i) for i in range(2))
+        near = _as_near(alone, after)
         # A free shape bends to what the fitted ones have: it may cost held-out ones no likelihood.
         near = near and is_named(found.final.terms[-1])
         harmless = gain > -_HARMLESS * shown or near

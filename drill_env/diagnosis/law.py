@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
 
 from drill_env.diagnosis.fit import Fit, Setting
@@ -35,7 +36,7 @@ class LawFit:
 
 def law_fit(
     samples: Sequence[Samples], rig: Rig, plain: Found, effects: Sequence[Effect], most: int,
-    report: Callable[[str], None], doubt: float = 0.05,
+    report: Callable[[str], None], doubt: float = 0.05, fixed: Container[str] = (),
 ) -> LawFit | None:  # fmt: skip
     """The search with the humped law, or None where the rig's own law does as well.
 
@@ -47,11 +48,14 @@ def law_fit(
         most: effects that are looked for.
         report: told what is being done.
         doubt: relative standard deviation of the rig's parameters around the start.
+        fixed: parameters that are held as given.
     """
-    paper = Rig.paper()
-    humped = rig.replace(friction="humped", **{name: getattr(paper, name) for name in _LOWER})
-    kept = set(plain.setting.coordinates.free) | set(_LOWER)
+    paper, freed = Rig.paper(), [name for name in _LOWER if name not in fixed]
+    humped = rig.replace(friction="humped", **{name: getattr(paper, name) for name in freed})
+    kept = {*plain.setting.coordinates.free, *freed}
     free = [n for n in SYMBOLS if n in active_names(humped) & kept]
     found = find(samples, humped, free, effects, most=most, doubt=doubt, report=report)
-    gain = plain.final.bic - found.final.bic
+    # The two laws have not the same parameters, which the criterion of one rig leaves out.
+    more = len(free) - len(plain.setting.coordinates.free)
+    gain = plain.final.bic - found.final.bic - more * math.log(max(found.final.count, 2))
     return LawFit(plain.setting, plain.base, found, gain) if gain >= NEEDED else None

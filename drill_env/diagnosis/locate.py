@@ -28,20 +28,27 @@ def locate(setting: Setting, fit: Fit, term: Term) -> Located:
     responses = [term.source.response(term.q, fit.rig, m) for m in fit.motions]
     torque = np.concatenate([r[0] for r in responses])
     error = np.concatenate([r[1] for r in responses])
-    sizes = [np.abs(a).sum(axis=1) / (np.abs(a).max() or 1.0) for a in _acting(responses)]
+    sizes = [np.abs(a).sum(axis=1) for a in _acting(responses)]
     most = int(np.argmax([float(np.sum(s**2)) for s in sizes]))
     motion = fit.motions[most]
     strong = sizes[most] > 0.5 * sizes[most].max()
     component, equation, depends_on = _where(term)
     return Located(
         component, equation, depends_on,
-        Path(setting.samples[most].recording.source).name,
+        label_of(setting, most),
         _intervals(motion.t, strong),
         _region(depends_on, fit, strong, most),
         _order(term), _frequency(term),
         {"upper": _rms(torque[:, 0]), "lower": _rms(torque[:, 1])},
         {"upper": _rms(error[:, 0]), "lower": _rms(error[:, 1])},
     )  # fmt: skip
+
+
+def label_of(setting: Setting, place: int) -> str:
+    """Name of a fitted recording's file, with its folder where others have the same name."""
+    sources = [s.recording.source for s in setting.samples]
+    names = [Path(source).name for source in sources]
+    return names[place] if names.count(names[place]) == 1 else sources[place]
 
 
 def _acting(responses: Sequence[tuple[FloatArray, FloatArray]]) -> list[FloatArray]:

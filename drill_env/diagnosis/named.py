@@ -35,7 +35,7 @@ def named_effects(
     """
     effects = []
     if law is not None:
-        effects.append(_law_effect(found, law.gain))
+        effects.append(_law_effect(found, law.gain, scale))
     lost = {effect.id: effect for effect in _lost_counts(found)}
     for term in found.final.terms:
         if term.id in lost:
@@ -121,11 +121,11 @@ def _whole(found: Found, name: str, steps: FloatArray) -> tuple[float, float]:
     return whole, max(spread, abs(size - whole))
 
 
-def _law_effect(found: Found, gain: float) -> NamedEffect:
+def _law_effect(found: Found, gain: float, scale: float) -> NamedEffect:
     rig = found.final.rig
     changed = changes(found.setting, found.final, rig)
     numbers = {
-        name: Number(c.after, c.low, c.high, unit)
+        name: _at_scale(Number(c.after, c.low, c.high, unit), scale)
         for name, unit in (("Tsl", "Nm"), ("T1", "Nm"), ("T2", "Nm"), ("beta1", "s/rad"),
                            ("beta2", "s/rad"), ("bl", "Nm s/rad"))
         if (c := changed.get(name)) is not None
@@ -137,3 +137,14 @@ def _law_effect(found: Found, gain: float) -> NamedEffect:
         "paper, equation (7).",
         [],
     )  # fmt: skip
+
+
+def _at_scale(number: Number, scale: float) -> Number:
+    """A number whose interval holds the doubt about the scale of torque too."""
+    if "Nm" not in number.unit:
+        return number
+    doubt = 1.96 * scale * number.value
+    low = number.value - math.hypot(number.value - number.low, doubt)
+    return Number(
+        number.value, low, number.value + math.hypot(number.high - number.value, doubt), number.unit
+    )

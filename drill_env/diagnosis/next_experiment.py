@@ -12,7 +12,7 @@ from drill_env._types import FloatArray
 from drill_env.diagnosis.belief import probabilities
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.extended import evaluate, motion_of
-from drill_env.diagnosis.fit import Fit
+from drill_env.diagnosis.fit import Fit, Setting, prior
 from drill_env.diagnosis.result import NextExperiment
 from drill_env.diagnosis.rounds import Attempt, Found
 from drill_env.identification.prediction_error import path_of
@@ -25,8 +25,8 @@ _SECONDS, _RATE = 60.0, 200.0
 # A signal may take the rig this much further than the recordings did: a menu's sine may lie on the
 # torsional resonance, and a string that is wound up breaks.
 _FURTHER = 1.3
-# Less probable than this a rival needs no recording of its own.
-_CONFUSED = 0.02
+CONFUSED = 0.02
+"""Less probable than this a rival needs no recording of its own."""
 
 
 def _menu() -> tuple[Signal, ...]:
@@ -52,26 +52,38 @@ def _menu() -> tuple[Signal, ...]:
 
 
 def next_experiment(found: Found) -> NextExperiment | None:
-    """The signal under which the two best candidates differ most, if they are still confused.
+    """The signal that best tells what was found from its best rival, if they are still confused.
 
     Args:
         found: the search.
     """
-    first = found.rounds[0]
-    ranked = sorted((*first.named, *first.shapes), key=lambda a: -a.criterion)
-    if len(ranked) < 2 or probabilities(first)[ranked[1].term.id] < _CONFUSED:
+    pair = _confused(found)
+    if pair is None:
         return None
     best: tuple[float, Signal] | None = None
     for signal in _menu():
-        odds = _expected(found, ranked[0], ranked[1], signal)
+        odds = _expected(found, *pair, signal)
         if odds is not None and (best is None or odds > best[0]):
             best = (odds, signal)
     if best is None:
         return None
     odds, signal = best
     return NextExperiment(
-        _words(signal), _command(signal), [ranked[0].term.id, ranked[1].term.id], odds
+        _words(signal), _command(signal), [attempt.term.id for attempt in pair], odds
     )
+
+
+def _confused(found: Found) -> tuple[Attempt, Attempt] | None:
+    """What was found first and its best rival that was neither found too nor given up."""
+    first, present = found.rounds[0], {term.id for term in found.final.terms}
+    chances = probabilities(first, found.given_up)
+    ranked = sorted((*first.named, *first.shapes), key=lambda a: -a.criterion)
+    left = [a for a in ranked if a.term.id not in found.given_up]
+    leading = [a for a in left if a.term.id in present][:1] or left[:1]
+    rivals = [a for a in left if a.term.id not in present and a not in leading]
+    if not rivals or chances[rivals[0].term.id] < CONFUSED:
+        return None
+    return leading[0], rivals[0]
 
 
 def _expected(found: Found, true: Attempt, other: Attempt, signal: Signal) -> float | None:
@@ -93,7 +105,7 @@ def _expected(found: Found, true: Attempt, other: Attempt, signal: Signal) -> fl
             there = evaluate(
                 setting, fit.vector, fit.terms, true.fit.noise, [samples.starts], [motion]
             )
-            values.append(there.value - _bent(fit, there))
+            values.append(_least(setting, fit, there))
     except (InputError, RuntimeError, np.linalg.LinAlgError):
         return None
     odds = 0.5 * (values[1] - values[0])
@@ -106,12 +118,16 @@ def _bearable(fit: Fit, states: FloatArray) -> bool:
     return bool(np.all(np.abs(states[:, :3]).max(axis=0) <= _FURTHER * reached))
 
 
-def _bent(fit: Fit, there: Fit) -> float:
-    """What the candidate can win back within what the present recordings leave open."""
-    step = np.linalg.solve(
-        fit.information + there.information + 1e-9 * np.eye(len(there.gradient)), there.gradient
-    )
-    return float(there.gradient @ step)
+def _least(setting: Setting, fit: Fit, there: Fit) -> float:
+    """Least value on a new recording that the candidate reaches within what is known by now.
+
+    What was believed before any recording is in the fit already, so it is taken out of `there`.
+    """
+    weight, miss = prior(setting, fit.vector, fit.terms)
+    value = there.value - float(weight @ miss**2)
+    slope = there.gradient - weight * miss
+    both = fit.information + there.information - np.diag(weight) + 1e-9 * np.eye(len(slope))
+    return value - float(slope @ np.linalg.solve(both, slope))
 
 
 def _words(signal: Signal) -> str:

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from drill_env._errors import InputError
 from drill_env.diagnosis.clock import cleaned, with_uncertain_times
 from drill_env.diagnosis.contest import contest
 from drill_env.diagnosis.extended import evaluate, motion_of
@@ -76,6 +77,11 @@ def base_fit(
     # Weights would hold a filter back that starts with a wrong rig and too little noise.
     plain = replace(setting, robust=math.inf)
     here = evaluate(plain, coordinates.vector(rig), (), noise, [s.starts for s in samples], motions)
+    if not math.isfinite(here.value):
+        raise InputError(
+            "the given rig has no likelihood on these recordings: look for readings that are "
+            "infinite, and for a rig file with numbers far from the rig's"
+        )
     here = descend_jointly(plain, here, limit=_BASE_ROUNDS, enough=1.0, sizes=False)
     return setting, with_new_motions(setting, here)
 
@@ -96,7 +102,9 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     shapes = score_shapes(ground, free_shapes(fit.motions, fit.rig.inertias))
     price = np.log(fit.count)
     waves = score_waves(ground, _waves_of(fit, effects))
-    lost = [pair for pair in (slips(ground, 0), slips(ground, 1)) if pair is not None]
+    wanted = {effect.id for effect in effects}
+    found = [pair for pair in (slips(ground, 0), slips(ground, 1)) if pair is not None]
+    lost = [(term, gain) for term, gain in found if term.id in wanted]
     wide, wide_shapes = _LATER_WIDTHS if fit.terms else _WIDTHS
     likely = (*named[:wide], *shapes[:wide_shapes], *waves)
     hopeful = [s for s in likely if s.gain - s.numbers * price > -_SLACK]
@@ -207,9 +215,20 @@ def find(
     if shaped is not None and refuted is None and base.bic - shaped.bic <= named + clearly(named):
         shaped = None
     report("asking again what was found first")
+    terms = len(here.terms)
     here, contests = contest(setting, here, rounds)
+    if terms > len(here.terms) == 1:
+        rounds = [_restated(rounds[0], here)]
     here = within_filter(setting, here, report)
     return Found(setting, base, tuple(rounds), here, contests, shaped, refuted)
+
+
+def _restated(first: Round, fit: Fit) -> Round:
+    """The first round when a term that was found later does better without what was found first."""
+    term = fit.terms[-1]
+    alone = Attempt(fit, term, first.before.value - fit.value, first.before.bic - fit.bic)
+    named = _best_of_each([alone, *(a for a in first.named if a.term.id != term.id)])
+    return replace(first, named=tuple(named))
 
 
 def _sought(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from drill_env.diagnosis.result import DiagnosisResult, NamedEffect
 
 _PLACES = {
@@ -13,8 +15,13 @@ _PLACES = {
 }
 
 
-def sentences(result: DiagnosisResult) -> list[str]:
-    """What was found, where, how sure, what it is confused with and what to do next."""
+def sentences(result: DiagnosisResult, given_up: Sequence[str] = ()) -> list[str]:
+    """What was found, where, how sure, what it is confused with and what to do next.
+
+    Args:
+        result: of the diagnosis.
+        given_up: names that the rest of the recordings speak against.
+    """
     lines = [_verdict(result)]
     if result.located is not None:
         lines += _located(result)
@@ -28,12 +35,8 @@ def sentences(result: DiagnosisResult) -> list[str]:
         lines.append(
             "Names and shapes that the fitted recordings ask for make held-out ones less likely."
         )
-    if result.alternatives and result.verdict in ("missing_physics", "unexplained"):
-        rival = result.alternatives[0]
-        lines.append(
-            f"It is most easily confused with {rival.id}, whose probability is "
-            f"{rival.probability:.2g} (criterion {rival.delta_bic:.0f} worse)."
-        )
+    if result.verdict in ("missing_physics", "unexplained"):
+        lines += _confusion(result, given_up)
     lines += _gain(result)
     if result.next_experiment is not None:
         e = result.next_experiment
@@ -98,6 +101,22 @@ def _effect(effect: NamedEffect) -> str:
     return (
         f"{effect.meaning} {effect.id}: {numbers}; probability {effect.probability:.2f}{aliases}."
     )
+
+
+def _confusion(result: DiagnosisResult, given_up: Sequence[str]) -> list[str]:
+    lines = [
+        f"{a.id} was given up as its name: held-out recordings, or what it leaves over at its "
+        "own place, speak against it."
+        for a in result.alternatives
+        if a.id in given_up
+    ]
+    rivals = [a for a in result.alternatives if a.id not in given_up]
+    if rivals:
+        lines.append(
+            f"It is most easily confused with {rivals[0].id}, whose probability is "
+            f"{rivals[0].probability:.2g} (criterion {rivals[0].delta_bic:.0f} worse)."
+        )
+    return lines
 
 
 def _gain(result: DiagnosisResult) -> list[str]:

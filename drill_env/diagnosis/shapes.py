@@ -208,4 +208,5 @@ def free_shapes(motions: Sequence[Motion], inertias: int = 2) -> tuple[Shape, ..
     if not turning:
         # A reading that is off in proportion to the way is but another scale of torque.
         made = [s for s in made if s.id != "error_u_of_theta_u"]
-    return tuple(made)
+    # A voltage that is constant throughout tells no function of it.
+    return tuple(s for s in made if len(s.knots) > 1)

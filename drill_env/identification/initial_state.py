@@ -105,11 +105,14 @@ def _angle_fits(recording: Recording, row: int) -> dict[Channel, tuple[float, fl
     fits: dict[Channel, tuple[float, float]] = {}
     for name, theta in recording.angles().items():
         step = recording.quanta.get(name)
-        angle, velocity = local_fit(recording.t, theta, row, step)
+        known = np.flatnonzero(np.isfinite(theta))
+        t, read = recording.t[known], theta[known]
+        near = 0 if row == 0 else min(int(np.searchsorted(known, row)), len(known) - 1)
+        angle, velocity = local_fit(t, read, near, step)
         if row == 0:
-            angle = float(theta[0])
-            velocity = 0.0 if _starts_at_rest(recording.t, theta, step) else velocity
-        fits[name] = (angle, velocity)
+            angle = float(read[0])
+            velocity = 0.0 if _starts_at_rest(t, read, step) else velocity
+        fits[name] = (angle + velocity * float(recording.t[row] - t[near]), velocity)
     return fits
 
 

@@ -121,8 +121,9 @@ class Recording:
 
     @property
     def interval(self) -> float:
-        """Mean sampling interval in s."""
-        return float((self.t[-1] - self.t[0]) / (len(self.t) - 1))
+        """Mean sampling interval in s, as if rows that are missing were there."""
+        steps = np.diff(self.t)
+        return float((self.t[-1] - self.t[0]) / np.rint(steps / np.median(steps)).sum())
 
     @property
     def rate(self) -> float:

@@ -9,6 +9,8 @@ from jinja2 import Environment, PackageLoader
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.diagnose import Diagnosis
+from drill_env.diagnosis.locate import label_of
+from drill_env.diagnosis.next_experiment import CONFUSED
 from drill_env.diagnosis.rounds import NEEDED
 from drill_env.diagnosis.slips import Slips
 from drill_env.report._diagnosis_rows import (
@@ -65,6 +67,8 @@ def diagnosis_page(found: Diagnosis) -> str:
         rounds=[ranking_rows(r, final.terms, found.found.given_up) for r in found.found.rounds],
         needed=number_text(NEEDED),
         errors=error_rows(result), likelihoods=likelihood_rows(result), held=_held_out(found),
+        added=bool(seen),
+        open=[a.id for a in result.alternatives if a.probability >= CONFUSED],
         parameters=parameter_rows(result), noise=noise_rows(result), most=_MOST_RECORDINGS,
     )  # fmt: skip
 
@@ -83,8 +87,8 @@ def _recordings(
 ) -> list[dict[str, Any]]:
     where, fit = found.result.located, found.found.final
     rows = []
-    for i, samples in enumerate(found.found.setting.samples[:_MOST_RECORDINGS]):
-        name = Path(samples.recording.source).name
+    for i in range(len(found.found.setting.samples[:_MOST_RECORDINGS])):
+        name = label_of(found.found.setting, i)
         shaded = where.intervals_s if where is not None and where.recording == name else []
         figure = recording_figure(
             fit.motions[i], left[i], seen[0] if seen else None, i, shaded,
