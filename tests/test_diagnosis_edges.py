@@ -9,12 +9,15 @@ from typing import Any
 
 import jsonschema
 import numpy as np
+import pandas as pd
 import pytest
+from typer.testing import CliRunner, Result
 
 from benchmarks.concealed.recordings import Truth, make_recording
 from benchmarks.rig_maker import quasi_random
 from drill_env import InputError, Rig
 from drill_env.cli._common import plain
+from drill_env.cli.main import app
 from drill_env.diagnosis.belief import rivals
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.diagnose import diagnose
@@ -24,6 +27,7 @@ from drill_env.diagnosis.locate import label_of, locate
 from drill_env.diagnosis.next_experiment import _confused
 from drill_env.diagnosis.offered import free_parameters
 from drill_env.diagnosis.options import OUTSIDE, DiagnosisOptions
+from drill_env.diagnosis.result import digits_of
 from drill_env.diagnosis.rounds import Attempt, Found, Round
 from drill_env.diagnosis.schema import schema
 from drill_env.diagnosis.search import base_fit
@@ -186,3 +190,49 @@ def test_noise_of_torque_passes_a_drive_that_is_at_its_limit():
 def test_with_the_motors_constant_fixed_the_inertia_is_free():
     free = free_parameters(Rig(), {"km": 3.66}, "km")
     assert "Ju" in free and "km" not in free
+
+
+def test_numbers_show_two_digits_of_their_interval():
+    assert digits_of(1.00007, 0.99988, 1.00027) == 6
+    assert digits_of(0.08, 0.07, 0.09) == 4
+    assert digits_of(0.0, 0.0, 0.0) == digits_of(1.0, -math.inf, math.inf) == 4
+
+
+@pytest.mark.parametrize("options", [{"seed": -1}, {"doubt": math.inf}, {"most": -1}])
+def test_options_out_of_range_are_named(options: dict[str, Any]):
+    with pytest.raises(InputError, match=next(iter(options))):
+        DiagnosisOptions(**options)
+
+
+def test_recordings_that_tell_nothing_are_refused():
+    run = recorded(1)
+    with pytest.raises(InputError, match=r"made-1.csv: 0.495 s are too short"):
+        diagnose([rows(run, np.arange(100))], Rig(), options=BARE)
+    still = replace(run, theta_u=0.0 * run.t, theta_l=0.0 * run.t)
+    with pytest.raises(InputError, match="no reading ever changes"):
+        diagnose([still], Rig(), options=BARE)
+
+
+def told(*words: str) -> Result:
+    return CliRunner().invoke(app, ["diagnose", *words])
+
+
+def test_files_after_holdout_are_held_out_and_no_file_is_taken_twice(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    taken: dict[str, list[str]] = {}
+
+    def stand_in(fit: Any, start: Any, holdout: Any, **more: Any) -> None:
+        taken.update(fit=[r.source for r in fit], holdout=[r.source for r in holdout])
+        raise InputError("seen enough")
+
+    monkeypatch.setattr("drill_env.diagnosis.diagnose.diagnose", stand_in)
+    for name in "abc":
+        run = recorded(ord(name), 6.0)
+        table = {n: run.channel(n) for n in ("t", "u", "theta_u", "theta_l")}
+        pd.DataFrame(table).to_csv(f"{name}.csv", index=False)
+    assert str(told("a.csv", "--holdout", "b.csv", "c.csv").exception) == "seen enough"
+    assert taken == {"fit": ["a.csv"], "holdout": ["b.csv", "c.csv"]}
+    for words in (("a.csv", "--holdout", "a.csv"), ("a.csv", "./a.csv"), ("a.csv", ".")):
+        error = told(*words).exception
+        assert isinstance(error, InputError) and ("twice" in str(error) or "folder" in str(error))
+    assert not (tmp_path / "report").exists()

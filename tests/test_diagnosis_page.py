@@ -23,7 +23,7 @@ from drill_env.cli._common import plain
 from drill_env.cli.main import app
 from drill_env.diagnosis.diagnose import Diagnosis, diagnose
 from drill_env.diagnosis.options import DiagnosisOptions
-from drill_env.diagnosis.result import Located, NamedEffect, NextExperiment, Number
+from drill_env.diagnosis.result import Located, NamedEffect, NextExperiment, Number, digits_of
 from drill_env.diagnosis.schema import schema
 from drill_env.effects import LIBRARY
 from drill_env.integrator.extended import run_extended
@@ -173,7 +173,8 @@ def test_page_shows_the_law_and_both_fits(named):
         assert f">{text}<" in page or text in page
     effect = named.result.effects[0]
     for number in effect.parameters.values():
-        assert f"{number.value:.4g}" in page
+        digits = digits_of(number.value, number.low, number.high)
+        assert f"{number.value:.{digits}g}" in page
     for name in named.result.parameters_changed:
         assert f">{name}" in page
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 import math
 import os
+import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 from drill_env._errors import InputError
 from drill_env.parameters import Rig, load_rig
@@ -30,6 +32,25 @@ _MAP_HELP = (
     "multiply by. Example: --map theta_u=enc:counts/8192"
 )
 MapOption = Annotated[list[str] | None, typer.Option("--map", help=_MAP_HELP, show_default=False)]
+
+
+class SeveralHoldouts(TyperCommand):
+    """Lets ``--holdout A B C`` take all three; otherwise B and C would be fitted."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        spread: list[str] = []
+        inside = False
+        for arg in args:
+            if inside and not arg.startswith("-") and spread[-1] != "--holdout":
+                spread.append("--holdout")
+            elif arg.startswith("-"):
+                inside = arg == "--holdout"
+            spread.append(arg)
+        return super().parse_args(ctx, spread)
+
+
+_SILENT = 10.0
+"""Seconds after which a log gets a line."""
 
 
 def rig_from(path: Path | None) -> Rig:
@@ -58,6 +79,20 @@ def progress_bar() -> Progress:
 
     console = Console(stderr=True)
     return Progress(console=console, transient=True, disable=not console.is_terminal)
+
+
+def stages(bar: Progress) -> Callable[[str], None]:
+    """Tells what is being done: on the bar or, where nobody watches, in a line now and then."""
+    task, last = bar.add_task("reading", total=None), time.monotonic()
+
+    def tell_stage(text: str) -> None:
+        nonlocal last
+        bar.update(task, description=text)
+        if bar.disable and time.monotonic() - last > _SILENT:
+            tell(f"{text} ...")
+            last = time.monotonic()
+
+    return tell_stage
 
 
 def show(table: Table) -> None:

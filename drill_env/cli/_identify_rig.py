@@ -212,6 +212,8 @@ def pairs(texts: Sequence[str], option: str, count: int) -> dict[str, list[float
             raise InputError(
                 f"{option} {text}: give NAME={form} with a name out of {', '.join(SYMBOLS)}"
             )
+        if name in found:
+            raise InputError(f"{option} {text}: {name} is given twice; give it once")
         found[name] = values
     return found
 

@@ -22,6 +22,7 @@ from drill_env.cli._common import (
     progress_bar,
     remarks,
     rig_from,
+    stages,
 )
 from drill_env.parameters import Rig, save_rig
 
@@ -42,7 +43,8 @@ FitArgument = Annotated[
     list[Path], typer.Argument(help="Recordings to fit, or one folder of recordings.")
 ]
 HoldoutOption = Annotated[
-    list[Path] | None, typer.Option(help="Recording to judge by, repeatable.", show_default=False)
+    list[Path] | None,
+    typer.Option(metavar="HOLD...", help="Recordings to judge by.", show_default=False),
 ]
 OutOption = Annotated[Path, typer.Option(help="Folder for page, JSON and rig file.")]
 LeaveOption = Annotated[
@@ -53,7 +55,7 @@ LawOption = Annotated[
     Law | None,
     typer.Option(help="Friction law to start from, with the paper's rig.", show_default=False),
 ]
-MostOption = Annotated[int, typer.Option(help="Effects that are looked for.")]
+MostOption = Annotated[int, typer.Option(min=1, help="Effects that are looked for.")]
 DoubtOption = Annotated[
     float, typer.Option(help="How far the rig's parameters may be off: a share, one sigma.")
 ]
@@ -65,7 +67,7 @@ FixOption = Annotated[
         show_default=False,
     ),
 ]
-SeedOption = Annotated[int, typer.Option(help="Of what is drawn.")]
+SeedOption = Annotated[int, typer.Option(min=0, help="Seed of the noise floor and intervals.")]
 
 
 def diagnose_command(
@@ -86,7 +88,8 @@ def diagnose_command(
 
     The rig is fitted first; then every effect of the library is scored, the best are fitted
     together with the rig and the noise, and what the data demand is kept if it helps on
-    recordings that were held out. Writes index.html, diagnosis.json and rig-extended.toml.
+    recordings that were held out. Writes index.html, diagnosis.json and rig-extended.toml. Four
+    recordings of a minute take one or two minutes of CPU.
 
     Example: drill-env diagnose fit-*.csv --holdout hold.csv --out report
     """
@@ -103,16 +106,16 @@ def diagnose_command(
         seed=seed,
     )
     start = _start(rig, start_friction)
+    if start.effects:
+        raise InputError(f"{rig}: diagnose starts from a rig without [[effects]]: remove them")
+    # What the recordings look like is told before the minutes of work.
     with remarks():
         recordings = _recordings(fit, holdout or [], mapping or [], None if rig is None else start)
-        with progress_bar() as bar:
-            task = bar.add_task("reading", total=None)
-            found = diagnose(
-                recordings.fit, start, recordings.holdout, options=options,
-                report=lambda text: bar.update(task, description=text),
-            )  # fmt: skip
-            bar.update(task, description="writing the report")
-            _write(found, out)
+    with remarks(), progress_bar() as bar:
+        report = stages(bar)
+        found = diagnose(recordings.fit, start, recordings.holdout, options=options, report=report)
+        report("writing the report")
+        _write(found, out)
     if as_json:
         print_json(found.result.as_dict())
         return
@@ -151,6 +154,7 @@ def _recordings(
             )
         found = read_folder(fit[0])
     else:
+        _check_once([*fit, *holdout])
         columns = parse_map(mapping)
         parts = [
             tuple(read_recording(path, columns, need=("u",)) for path in paths)
@@ -163,6 +167,19 @@ def _recordings(
         for remark in screen(recording, rig):
             warnings.warn(remark, stacklevel=1)
     return found
+
+
+def _check_once(paths: list[Path]) -> None:
+    """Raise where a file is given twice, or a folder among files."""
+    seen: set[Path] = set()
+    for path in paths:
+        if path.is_dir():
+            raise InputError(f"{path} is a folder: give one folder alone, or files")
+        if path.resolve() in seen:
+            raise InputError(
+                f"{path} is given twice: fit and judge by different recordings, each given once"
+            )
+        seen.add(path.resolve())
 
 
 def _write(found: Diagnosis, out: Path) -> None:

@@ -10,7 +10,7 @@ import typer
 from drill_env import __version__
 from drill_env._errors import InputError
 from drill_env.cli import recording_commands
-from drill_env.cli._common import tell_of_first_call
+from drill_env.cli._common import SeveralHoldouts, tell_of_first_call
 from drill_env.cli.bifurcation_command import bifurcation_command
 from drill_env.cli.compare_command import compare_command
 from drill_env.cli.demo_command import demo_command
@@ -27,7 +27,7 @@ app = typer.Typer(
     help=(
         "Torsional vibration of rotary drilling on the experimental drill-string rig.\n\n"
         "Start with [bold]drill-env demo[/bold]. Every command has --help; results as JSON with "
-        "--json. Exit status: 0 done, 2 bad input, 1 a fault of ours."
+        "--json. Exit status: 0 done, 2 bad input, 1 a fault of ours, 130 interrupted."
     ),
 )
 app.command("demo")(demo_command)
@@ -37,7 +37,7 @@ app.command("simulate")(simulate_command)
 app.command("signal")(signal_command)
 recording_commands.register(app)
 app.command("compare")(compare_command)
-app.command("diagnose")(diagnose_command)
+app.command("diagnose", cls=SeveralHoldouts)(diagnose_command)
 app.command("design-experiment")(design_command)
 
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
-from typer.core import TyperCommand
 
 from drill_env.cli._common import (
     JsonOption,
     MapOption,
     RigOption,
+    SeveralHoldouts,
     output_file,
     print_json,
     remarks,
@@ -101,25 +101,10 @@ EstimateOption = Annotated[Path | None, typer.Option(help="Estimate file to writ
 RigOutOption = Annotated[Path | None, typer.Option(help="Rig file to write.")]
 
 
-class _SeveralHoldouts(TyperCommand):
-    """Lets ``--holdout A B C`` take all three; otherwise B and C would be fitted."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        spread: list[str] = []
-        inside = False
-        for arg in args:
-            if inside and not arg.startswith("-") and spread[-1] != "--holdout":
-                spread.append("--holdout")
-            elif arg.startswith("-"):
-                inside = arg == "--holdout"
-            spread.append(arg)
-        return super().parse_args(ctx, spread)
-
-
 def register(app: typer.Typer) -> None:
     """Add ``replay`` and ``identify`` to a command line."""
     app.command("replay")(replay_command)
-    app.command("identify", cls=_SeveralHoldouts)(identify_command)
+    app.command("identify", cls=SeveralHoldouts)(identify_command)
 
 
 def replay_command(

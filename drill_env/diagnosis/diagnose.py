@@ -19,7 +19,7 @@ from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.faults import Fault, find_faults
 from drill_env.diagnosis.fit import Fit
-from drill_env.diagnosis.held_out import Judged, judged_channels, noise_floor, rms
+from drill_env.diagnosis.held_out import HORIZON, Judged, judged_channels, noise_floor, rms
 from drill_env.diagnosis.judging import judged
 from drill_env.diagnosis.law import LawFit, law_fit
 from drill_env.diagnosis.locate import describe, locate
@@ -98,6 +98,7 @@ def diagnose(
         raise InputError("diagnose needs at least one recording to fit")
     if rig.effects:
         raise InputError("diagnose starts from a rig without [[effects]]: remove them")
+    _check_told([*recordings, *holdout])
     options = replace(options, fixed=with_known_scale([*recordings, *holdout], options.fixed))
     rig = rig.replace(**options.fixed)
     # The matrices are small: threads of the linear algebra would only wait for each other.
@@ -106,6 +107,20 @@ def diagnose(
         held = [prepare(r, rig) for r in holdout]
         _check_channels(held)
         return _diagnose(samples, held, rig, options, report)
+
+
+def _check_told(recordings: Sequence[Recording]) -> None:
+    """Raise where a recording is too short or no disc turns in any."""
+    for recording in recordings:
+        if recording.duration < HORIZON:
+            raise InputError(
+                f"{recording.source}: {recording.duration:.3g} s are too short, diagnose needs "
+                f"{HORIZON:g} s and more; record longer"
+            )
+    if all(not np.ptp(r[np.isfinite(r)]) for one in recordings for r in one.readings().values()):
+        raise InputError(
+            f"{recordings[0].source}: no reading ever changes; record the rig while it turns"
+        )
 
 
 def _check_channels(held: Sequence[Samples]) -> None:
@@ -180,7 +195,7 @@ def _result(
             "holdout": [s.recording.source for s in held],
         },
     )  # fmt: skip
-    return replace(result, sentences=sentences(result, found.given_up))
+    return replace(result, sentences=sentences(result, found.given_up, looked=bool(found.rounds)))
 
 
 def _verdict(

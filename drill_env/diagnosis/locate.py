@@ -21,6 +21,8 @@ _MOST_INTERVALS = 12
 _MOST_ORDER = 8
 # Values in which one period of a wave is told.
 _DRAWN = 32
+# A region that is wider tells nothing.
+_MOST_OF_A_TURN = 0.8
 
 
 def locate(setting: Setting, fit: Fit, term: Term) -> Located:
@@ -94,6 +96,8 @@ def _region(depends_on: str, fit: Fit, strong: np.ndarray, place: int) -> dict[s
     turning = fit.rig.inertias == 2 or np.ptp(coordinate(fit.motions[place])) >= TURN
     if turning and depends_on.startswith("theta"):
         values = np.mod(values, TURN)
+        if np.ptp(values) > _MOST_OF_A_TURN * TURN:
+            return {}
     return {depends_on: [float(np.quantile(values, 0.02)), float(np.quantile(values, 0.98))]}
 
 

@@ -15,6 +15,7 @@ from drill_env.diagnosis.extended import evaluate, motion_of
 from drill_env.diagnosis.fit import Fit, Setting, prior
 from drill_env.diagnosis.result import NextExperiment
 from drill_env.diagnosis.rounds import Attempt, Found
+from drill_env.diagnosis.sentences import CONFUSED
 from drill_env.identification.prediction_error import path_of
 from drill_env.identification.samples import prepare
 from drill_env.integrator.extended import run_extended
@@ -25,8 +26,6 @@ _SECONDS, _RATE = 60.0, 200.0
 # A signal may take the rig this much further than the recordings did: a menu's sine may lie on the
 # torsional resonance, and a string that is wound up breaks.
 _FURTHER = 1.3
-CONFUSED = 0.02
-"""Less probable than this a rival needs no recording of its own."""
 
 
 def _menu() -> tuple[Signal, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from drill_env._errors import InputError
@@ -14,7 +15,7 @@ class DiagnosisOptions:
 
     Attributes:
         leave_out: ids of effects that the library shall not have.
-        most: effects that are looked for, one after another.
+        most: effects that are looked for, one after another; 0 fits the rig alone.
         given_rig: whether the rig was measured before, so that changed parameters are a finding.
         fixed: parameters that are held besides Ju.
         doubt: relative standard deviation of the given rig's parameters. It holds the rig sensible
@@ -36,8 +37,10 @@ class DiagnosisOptions:
                     f"leave out {name!r}: no such effect; known: "
                     f"{', '.join(sorted([*LIBRARY, *OUTSIDE]))}"
                 )
-        if not self.doubt > 0:
+        if not 0 < self.doubt < math.inf:
             raise InputError(f"doubt is {self.doubt}: give a share greater than 0, such as 0.05")
+        if self.seed < 0:
+            raise InputError(f"seed is {self.seed}: give 0 or more")
         if self.most < 0:
             raise InputError(f"most is {self.most}: give 0 or more")
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal, TypeAlias
 
 SCHEMA = 1
 
 Verdict: TypeAlias = Literal["consistent", "parameters", "missing_physics", "unexplained"]
+
+
+_DIGITS, _MOST_DIGITS = 4, 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +22,14 @@ class Number:
     low: float
     high: float
     unit: str
+
+
+def digits_of(value: float, low: float, high: float) -> int:
+    """Significant digits of a value and its interval that show two of the interval's width."""
+    width, largest = high - low, max(abs(value), abs(low), abs(high))
+    if not (0.0 < width < math.inf) or not math.isfinite(largest):
+        return _DIGITS
+    return min(max(math.ceil(math.log10(largest / width)) + 2, _DIGITS), _MOST_DIGITS)
 
 
 @dataclass(frozen=True, slots=True)

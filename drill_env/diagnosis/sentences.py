@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from drill_env.diagnosis.result import DiagnosisResult, NamedEffect
+from drill_env.diagnosis.result import DiagnosisResult, NamedEffect, digits_of
 
 _PLACES = {
     "actuator": "between the voltage and the motor's torque",
@@ -15,14 +15,21 @@ _PLACES = {
 }
 
 
-def sentences(result: DiagnosisResult, given_up: Sequence[str] = ()) -> list[str]:
+CONFUSED = 0.02
+"""Less probable than this a rival is none, and needs no recording of its own."""
+
+
+def sentences(
+    result: DiagnosisResult, given_up: Sequence[str] = (), *, looked: bool = True
+) -> list[str]:
     """What was found, where, how sure, what it is confused with and what to do next.
 
     Args:
         result: of the diagnosis.
         given_up: names that the rest of the recordings speak against.
+        looked: whether effects were looked for at all.
     """
-    lines = [_verdict(result)]
+    lines = [_verdict(result) if looked else "No effect was looked for: this is the rig alone."]
     if result.located is not None:
         lines += _located(result)
     lines += [_effect(effect) for effect in result.effects]
@@ -92,8 +99,9 @@ def _located(result: DiagnosisResult) -> list[str]:
 
 def _effect(effect: NamedEffect) -> str:
     numbers = ", ".join(
-        f"{name} = {n.value:.4g} ({n.low:.4g} to {n.high:.4g}) {n.unit}".removesuffix(" 1")
+        f"{name} = {n.value:.{d}g} ({n.low:.{d}g} to {n.high:.{d}g}) {n.unit}".removesuffix(" 1")
         for name, n in effect.parameters.items()
+        for d in (digits_of(n.value, n.low, n.high),)
     )
     aliases = f"; no recording tells it from {', '.join(effect.alias_class)}" * bool(
         effect.alias_class
@@ -111,10 +119,15 @@ def _confusion(result: DiagnosisResult, given_up: Sequence[str]) -> list[str]:
         if a.id in given_up
     ]
     rivals = [a for a in result.alternatives if a.id not in given_up]
-    if rivals:
+    if rivals and rivals[0].probability >= CONFUSED:
         lines.append(
             f"It is most easily confused with {rivals[0].id}, whose probability is "
             f"{rivals[0].probability:.2g} (criterion {rivals[0].delta_bic:.0f} worse)."
+        )
+    elif rivals:
+        lines.append(
+            f"It is not easily confused: the next candidate, {rivals[0].id}, is worse by "
+            f"{rivals[0].delta_bic:.0f} in the criterion."
         )
     return lines
 

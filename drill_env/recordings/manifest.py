@@ -121,7 +121,10 @@ def _read(file: Path, entry: RecordingSettings) -> Recording:
 def _from_names(folder: Path) -> dict[Path, RecordingSettings]:
     files = sorted(f for f in folder.iterdir() if f.name.lower().endswith(_KINDS) and f.is_file())
     if not files:
-        raise InputError(f"{folder}: no recordings ({', '.join(_KINDS)}) and no {MANIFEST}")
+        raise InputError(
+            f"{folder}: no recordings ({', '.join(_KINDS)}) and no {MANIFEST}; "
+            "give the folder that holds them"
+        )
     roles: dict[Path, Role] = {f: _role_by_name(f.name) for f in files}
     counts = ", ".join(f"{list(roles.values()).count(role)} {role}" for role in ROLES)
     text = (

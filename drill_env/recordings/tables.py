@@ -50,6 +50,8 @@ def read_table(path: Path) -> Table:
         (".parquet", ".pq"): _read_parquet,
         (".mat",): _read_mat,
     }
+    if path.is_dir():
+        raise InputError(f"{path} is a folder: give one file")
     reader = next((r for ends, r in kinds.items() if name.endswith(ends)), None)
     if reader is None:
         raise InputError(f"{path}: unknown kind of file; give .csv, .csv.gz, .parquet or .mat")

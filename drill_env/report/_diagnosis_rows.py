@@ -7,7 +7,7 @@ from dataclasses import fields
 from typing import Any
 
 from drill_env.diagnosis.belief import probabilities, significant
-from drill_env.diagnosis.result import DiagnosisResult, Number
+from drill_env.diagnosis.result import DiagnosisResult, Number, digits_of
 from drill_env.diagnosis.rounds import Round
 from drill_env.diagnosis.terms import Shape, Term
 from drill_env.effects import LIBRARY
@@ -24,7 +24,8 @@ def number_text(value: float | None, digits: int = 4) -> str:
 
 
 def _between(low: float, high: float) -> str:
-    return f"{low:.4g} … {high:.4g}"
+    digits = digits_of(low, low, high)
+    return f"{low:.{digits}g} … {high:.{digits}g}"
 
 
 def _words(name: str) -> str:
@@ -70,7 +71,7 @@ def effect_rows(numbers: Mapping[str, Number]) -> list[dict[str, str]]:
     return [
         {
             "name": name,
-            "value": number_text(n.value),
+            "value": number_text(n.value, digits_of(n.value, n.low, n.high)),
             "between": _between(n.low, n.high),
             "unit": "" if n.unit == "1" else n.unit,
         }
@@ -154,7 +155,7 @@ def parameter_rows(result: DiagnosisResult) -> list[dict[str, Any]]:
         {
             "name": name,
             "before": number_text(c.before),
-            "after": number_text(c.after),
+            "after": number_text(c.after, digits_of(c.after, c.low, c.high)),
             "between": _between(c.low, c.high),
             "unit": units.get(name, ""),
             "moved": name in moved,
