@@ -30,7 +30,7 @@ from drill_env.diagnosis.options import OUTSIDE, DiagnosisOptions
 from drill_env.diagnosis.result import digits_of
 from drill_env.diagnosis.rounds import Attempt, Found, Round
 from drill_env.diagnosis.schema import schema
-from drill_env.diagnosis.search import base_fit
+from drill_env.diagnosis.search import _restated, base_fit
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 from drill_env.identification.initial_state import state_at
@@ -129,6 +129,19 @@ def test_what_was_found_is_no_rival_and_what_was_given_up_asks_for_no_recording(
     assert pair is not None and [a.term.id for a in pair] == ["brake_runout", "whirl_drag"]
     alone = replace(first, named=first.named[:1])
     assert _confused(found_of(alone, "unbalance")) is None
+
+
+def test_what_replaced_the_first_name_is_ranked_by_what_it_gains_alone():
+    before: Any = SimpleNamespace(value=1000.0, bic=1000.0)
+    first = Round(before, (), attempts(("unbalance", 900.0), ("whirl_drag", 5.0)), ())
+    later: Any = SimpleNamespace(
+        terms=(Term(Named(LIBRARY["whirl_drag"]), np.zeros(0)),), value=70.0, bic=80.0
+    )
+    named = _restated(first, later).named
+    assert [(a.term.id, a.criterion) for a in named] == [
+        ("whirl_drag", 920.0),
+        ("unbalance", 900.0),
+    ]
 
 
 def test_one_disc_that_is_read_tells_whether_predictions_are_as_near():
