@@ -19,6 +19,8 @@ _CERTAIN = 8.0
 _SLOWEST = 0.5
 # Clocks jitter a little: what does not stand out of the rounding is no finding.
 _NOTABLE = 0.7
+# Share of the variance of times that the filter's own error adds to the product of innovations.
+_FORM = 0.04
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +78,7 @@ def clock_jitter(setting: Setting, fit: Fit) -> Fault | None:
     rounding = min(fit.noise.encoder_u, fit.noise.encoder_l)
     if score < _CERTAIN or math.sqrt(max(variance_t, 0.0)) * fastest < _NOTABLE * rounding:
         return None
-    deviation = math.sqrt(spread) / weight
+    deviation = math.hypot(math.sqrt(spread) / weight, _FORM * variance_t)
     low, high = (math.sqrt(max(variance_t + k * deviation, 0.0)) for k in (-1.96, 1.96))
     size = math.sqrt(variance_t)
     return Fault(

@@ -80,6 +80,7 @@ def _confused(found: Found) -> tuple[Attempt, Attempt] | None:
     left = [a for a in ranked if a.term.id not in found.given_up]
     leading = [a for a in left if a.term.id in present][:1] or left[:1]
     rivals = [a for a in left if a.term.id not in present and a not in leading]
+    rivals.sort(key=lambda a: -chances[a.term.id])
     if not rivals or chances[rivals[0].term.id] < CONFUSED:
         return None
     return leading[0], rivals[0]

@@ -119,6 +119,7 @@ def _confusion(result: DiagnosisResult, given_up: Sequence[str]) -> list[str]:
         if a.id in given_up
     ]
     rivals = [a for a in result.alternatives if a.id not in given_up]
+    rivals.sort(key=lambda a: -a.probability)
     if rivals and rivals[0].probability >= CONFUSED:
         lines.append(
             f"It is most easily confused with {rivals[0].id}, whose probability is "
