@@ -18,6 +18,7 @@ from drill_env.diagnosis.fit import Fit, Setting, strain
 from drill_env.diagnosis.ground import ground_at
 from drill_env.diagnosis.joint import descend_jointly, polished
 from drill_env.diagnosis.moves import unstrained, with_new_motions
+from drill_env.diagnosis.resonance import resonates, retuned
 from drill_env.diagnosis.rounds import (
     NEEDED,
     NEEDED_BESIDE,
@@ -55,6 +56,8 @@ _STRAINED = 3.0
 # Rounds more for candidates whose gain is not below this share of the best one's, and how many.
 # The last ones get motions that are told anew with the candidate in place.
 _HEATS = ((4, 0.3, 6, False), (6, 0.4, 3, True), (6, 0.5, 3, True))
+# Resonances are retuned if they gain this share of the best one.
+_RETUNED = 0.5
 # Scores fall short of the gain that a fit with its noise reaches.
 _SLACK = 15.0
 
@@ -113,7 +116,7 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     for start in _starts(setting, fit, hopeful):
         report(f"trying {start.terms[-1].id}")
         done.append(_attempt(setting, fit, start, _FIRST_ROUNDS))
-    done = _heated(setting, fit, done)
+    done = _retuned(setting, fit, _heated(setting, fit, done))
     if not fit.terms and done and strain(setting, done[0].fit) > _STRAINED * len(fit.vector):
         report("trying from the given rig")
         starts = _from_home(setting, fit, effects)
@@ -162,6 +165,15 @@ def _heated(setting: Setting, fit: Fit, done: list[Attempt]) -> list[Attempt]:
     return sorted(done, key=lambda a: -a.gain)
 
 
+def _retuned(setting: Setting, fit: Fit, done: list[Attempt]) -> list[Attempt]:
+    """Hopeful resonances at their best frequency."""
+    least = max(_RETUNED * max((a.gain for a in done), default=0.0), NEEDED)
+    return [
+        _attempted(fit, retuned(setting, a.fit)) if resonates(a.term) and a.gain > least else a
+        for a in done
+    ]
+
+
 def _best_of_each(done: Sequence[Attempt]) -> list[Attempt]:
     """Attempts by criterion, the best of each candidate only."""
     best: dict[str, Attempt] = {}
@@ -173,9 +185,11 @@ def _best_of_each(done: Sequence[Attempt]) -> list[Attempt]:
 def _attempt(setting: Setting, fit: Fit, start: Fit, rounds: int, *, anew: bool = False) -> Attempt:
     begin = with_new_motions(setting, start) if anew else start
     done = descend_jointly(setting, begin, limit=rounds, enough=2.0)
-    if done.value > start.value:
-        done = start
-    return Attempt(done, done.terms[-1], fit.value - done.value, fit.bic - done.bic)
+    return _attempted(fit, start if done.value > start.value else done)
+
+
+def _attempted(before: Fit, fit: Fit) -> Attempt:
+    return Attempt(fit, fit.terms[-1], before.value - fit.value, before.bic - fit.bic)
 
 
 def _base(
@@ -226,8 +240,9 @@ def find(
 def _restated(first: Round, fit: Fit) -> Round:
     """The first round when a term that was found later does better without what was found first."""
     term = fit.terms[-1]
-    alone = Attempt(fit, term, first.before.value - fit.value, first.before.bic - fit.bic)
-    named = _best_of_each([alone, *(a for a in first.named if a.term.id != term.id)])
+    named = _best_of_each(
+        [_attempted(first.before, fit), *(a for a in first.named if a.term.id != term.id)]
+    )
     return replace(first, named=tuple(named))
 
 
