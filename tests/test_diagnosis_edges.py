@@ -219,7 +219,7 @@ def test_options_out_of_range_are_named(options: dict[str, Any]):
 
 def test_recordings_that_tell_nothing_are_refused():
     run = recorded(1)
-    with pytest.raises(InputError, match=r"made-1.csv: 0.495 s are too short"):
+    with pytest.raises(InputError, match=r"made-1.csv: 0.5 s are too short"):
         diagnose([rows(run, np.arange(100))], Rig(), options=BARE)
     still = replace(run, theta_u=0.0 * run.t, theta_l=0.0 * run.t)
     with pytest.raises(InputError, match="no reading ever changes"):

@@ -39,7 +39,9 @@ def recorded(seed: int) -> Recording:
 def test_a_wrong_peak_is_left_for_the_right_one():
     free = [name for name in SYMBOLS if name != "Ju"]
     setting, base = base_fit([prepare(recorded(seed), Rig()) for seed in (1, 2)], Rig(), free)
-    start = added(setting, base, Term(Named(LIBRARY["string_inertia"]), np.array([1.3 * HERTZ, 5e-3])))
+    start = added(
+        setting, base, Term(Named(LIBRARY["string_inertia"]), np.array([1.3 * HERTZ, 5e-3]))
+    )
     descended = descend_jointly(setting, start, limit=10, enough=2.0)
     found = retuned(setting, descended)
     assert abs(descended.terms[-1].q[0] - HERTZ) > 0.1

@@ -112,9 +112,11 @@ def diagnose(
 def _check_told(recordings: Sequence[Recording]) -> None:
     """Raise where a recording is too short or no disc turns in any."""
     for recording in recordings:
-        if recording.duration < HORIZON:
+        # The last row stands for an interval too.
+        seconds = recording.duration * len(recording) / max(len(recording) - 1, 1)
+        if seconds < (1.0 - 1e-9) * HORIZON:
             raise InputError(
-                f"{recording.source}: {recording.duration:.3g} s are too short, diagnose needs "
+                f"{recording.source}: {seconds:.3g} s are too short, diagnose needs "
                 f"{HORIZON:g} s and more; record longer"
             )
     if all(not np.ptp(r[np.isfinite(r)]) for one in recordings for r in one.readings().values()):
