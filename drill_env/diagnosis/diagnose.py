@@ -119,7 +119,8 @@ def _check_told(recordings: Sequence[Recording]) -> None:
                 f"{recording.source}: {seconds:.3g} s are too short, diagnose needs "
                 f"{HORIZON:g} s and more; record longer"
             )
-    if all(not np.ptp(r[np.isfinite(r)]) for one in recordings for r in one.readings().values()):
+    readings = [r[np.isfinite(r)] for one in recordings for r in one.readings().values()]
+    if readings and not any(len(r) and np.ptp(r) for r in readings):
         raise InputError(
             f"{recordings[0].source}: no reading ever changes; record the rig while it turns"
         )
