@@ -166,12 +166,13 @@ def _heated(setting: Setting, fit: Fit, done: list[Attempt]) -> list[Attempt]:
 
 
 def _retuned(setting: Setting, fit: Fit, done: list[Attempt]) -> list[Attempt]:
-    """Hopeful resonances at their best frequency."""
+    """Hopeful resonances at their best frequency, the best attempts first."""
     least = max(_RETUNED * max((a.gain for a in done), default=0.0), NEEDED)
-    return [
+    done = [
         _attempted(fit, retuned(setting, a.fit)) if resonates(a.term) and a.gain > least else a
         for a in done
     ]
+    return sorted(done, key=lambda a: -a.gain)
 
 
 def _best_of_each(done: Sequence[Attempt]) -> list[Attempt]:
