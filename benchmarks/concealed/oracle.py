@@ -93,7 +93,7 @@ def from_truth(setting: Setting, rig: Rig, terms: Sequence[Term]) -> Fit:
     here = evaluate(plain, setting.coordinates.vector(rig), (), noise, starts, motions)
     for term in terms:
         here = added(plain, here, term)
-    here = descend_jointly(plain, here, limit=_ROUNDS, enough=2.0, sizes=False)
+    here = descend_jointly(plain, here, limit=_ROUNDS, enough=2.0, only=None)
     return within_filter(setting, polished(setting, here), _told_to_nobody)
 
 

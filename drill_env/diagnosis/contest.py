@@ -34,7 +34,7 @@ def contest(
     told: dict[str, dict[str, float]] = {}
     for place in range(len(fit.terms) - 1):
         start = without(setting, fit, place)
-        fewer = descend_jointly(setting, start, limit=_TRY_ROUNDS, enough=1.0, sizes=False)
+        fewer = descend_jointly(setting, start, limit=_TRY_ROUNDS, enough=1.0, only=None)
         if fewer.bic - fit.bic < NEEDED:
             return fewer, {}
         present = {t.id for t in fit.terms}
@@ -63,6 +63,6 @@ def trimmed(found: Found) -> Found:
     if len(final.terms) < 2:
         return replace(found, final=found.base)
     fewer = without(found.setting, final, len(final.terms) - 1)
-    fewer = descend_jointly(found.setting, fewer, limit=LAST_ROUNDS, enough=0.5, sizes=False)
+    fewer = descend_jointly(found.setting, fewer, limit=LAST_ROUNDS, enough=0.5, only=None)
     # What was gained beside the term that is gone tells nothing any more.
     return replace(found, final=fewer, contests={})

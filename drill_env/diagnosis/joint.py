@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,9 @@ from drill_env.identification.noise_fit import noise_step
 
 _TRIES = 6
 
+# A step of the noise along its bent valley (much and slow, little and fast) may be too long.
+_HALVINGS = 4
+
 # Above what rounding to whole counts gives, an encoder's noise would hide missing physics.
 _MOST_ROUNDING = 2.0
 
@@ -27,6 +31,9 @@ _LEAST_DAMPING = 1e-9
 # within the filter have such valleys. A term along the smoothed motion, which knows the future,
 # would be led to cancel what the rig's own parameters do.
 _BENT, _FURTHEST = 1e-3, 20.0
+
+SIZES, TORQUES = (0, 1), (0, 1, 2, 3)
+"""Places of the torques' sizes in a noise model, and of their sizes and correlation times."""
 
 LAST_ROUNDS = 15
 """Most rounds of a fit that is carried to its end."""
@@ -147,13 +154,13 @@ def _further(setting: Setting, here: Fit, there: Fit) -> Fit:
     return there if best is None else evaluate(setting, *best)
 
 
-def better_noise(setting: Setting, here: Fit, *, sizes: bool) -> NoiseModel:
+def better_noise(setting: Setting, here: Fit, only: Sequence[int] | None) -> NoiseModel:
     """One step of the noise model.
 
     Args:
         setting: recordings.
         here: the point.
-        sizes: whether only the torques' sizes move, at less than half of the work.
+        only: places of the numbers that move, `SIZES` at less than half of the work; None for all.
     """
     given = [
         with_terms(s, here.terms, here.rig, m)
@@ -161,7 +168,7 @@ def better_noise(setting: Setting, here: Fit, *, sizes: bool) -> NoiseModel:
     ]
     model = noise_step(
         given, here.starts, here.rig, here.noise, robust=setting.robust,
-        only=(0, 1) if sizes else None, known=here.traces,
+        only=only, known=here.traces,
     )  # fmt: skip
     return _rounded(setting, model)
 
@@ -179,7 +186,7 @@ def _moved(one: NoiseModel, other: NoiseModel) -> float:
 
 
 def descend_jointly(
-    setting: Setting, start: Fit, *, limit: int, enough: float, sizes: bool = True
+    setting: Setting, start: Fit, *, limit: int, enough: float, only: Sequence[int] | None = SIZES
 ) -> Fit:
     """Alternate joint steps and noise steps until neither gains.
 
@@ -188,22 +195,37 @@ def descend_jointly(
         start: where to begin.
         limit: most rounds.
         enough: gain of a round (of minus twice the log likelihood) below which it ends.
-        sizes: whether only the torques' sizes follow.
+        only: places of the noise's numbers that follow; None for all.
     """
     here, damping, settled, least = start, 1e-4, False, _PROMISE * enough
     for _ in range(limit):
         before = here.value
         # A noise that hardly moved may rest for a round.
-        noise = here.noise if settled else better_noise(setting, here, sizes=sizes)
+        noise = here.noise if settled else better_noise(setting, here, only)
         settled = not settled and _moved(noise, here.noise) < _STILL
         there, damping = joint_step(setting, here, min(damping, 1.0), noise, 2, least=least)
         if there is here:
-            if noise is not here.noise:
-                there = evaluate(setting, here.vector, here.terms, noise, here.starts, here.motions)
-                here = there if there.value < here.value else here
+            here = _with_noise(setting, here, noise)
             there, damping = joint_step(setting, here, min(damping, 1.0), least=least)
         here = there
         if before - here.value < enough:
+            break
+    return here
+
+
+def _with_noise(setting: Setting, here: Fit, noise: NoiseModel) -> Fit:
+    """The noise model moved alone, by half as much as long as the step is too long."""
+    if noise is here.noise:
+        return here
+    old = here.noise.vector()
+    step = noise.vector() - old
+    for _ in range(_HALVINGS):
+        model = NoiseModel.from_vector(old + step)
+        point = (here.vector, here.terms, model, here.starts, here.motions)
+        if value_at(setting, *point) < here.value:
+            return evaluate(setting, *point)
+        step = 0.5 * step
+        if float(np.abs(step).max()) < _STILL:
             break
     return here
 
@@ -213,7 +235,7 @@ def polished(setting: Setting, fit: Fit) -> Fit:
     for _ in range(3):
         before = fit.value
         fit = with_new_motions(setting, fit)
-        fit = descend_jointly(setting, fit, limit=LAST_ROUNDS, enough=0.5, sizes=False)
+        fit = descend_jointly(setting, fit, limit=LAST_ROUNDS, enough=0.5, only=None)
         if abs(before - fit.value) < 5.0:
             break
     return fit

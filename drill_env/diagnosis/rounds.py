@@ -20,6 +20,8 @@ NEEDED_BESIDE = 40.0
 """The same beside another effect, whose formula need not be the rig's to the last digit."""
 
 _AT_LIMIT = 1.5
+# Share of the noise of torque; what a free torque leaves of fitted nulls is below a quarter of it.
+_OWN = 0.5
 # Recordings: within one it changes by an eighth, or less.
 _SLOW = 8.0
 
@@ -167,7 +169,7 @@ def rigs_own(attempt: Attempt) -> bool:
     """Whether a free torque on the upper disc is its own friction or the string's pull again.
 
     Along the smoothed motion, which knows the future, such a torque predicts better than the rig's
-    own, which it cancels; beyond that, less is left than the noise of torque.
+    own, which it cancels; beyond that, little is left beside the noise of torque.
     """
     source = attempt.term.source
     if not isinstance(source, Shape) or source.component != "upper" or source.sort != "torque":
@@ -180,4 +182,4 @@ def rigs_own(attempt: Attempt) -> bool:
     else:
         return False
     left = values - own @ np.linalg.lstsq(own, values, rcond=None)[0]
-    return float(np.sqrt(np.mean(left**2))) < attempt.fit.noise.torque_u
+    return float(np.sqrt(np.mean(left**2))) < _OWN * attempt.fit.noise.torque_u

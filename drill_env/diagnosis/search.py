@@ -16,7 +16,7 @@ from drill_env.diagnosis.faults import clock_jitter
 from drill_env.diagnosis.first_look import first_look
 from drill_env.diagnosis.fit import Fit, Setting, strain
 from drill_env.diagnosis.ground import ground_at
-from drill_env.diagnosis.joint import descend_jointly, polished
+from drill_env.diagnosis.joint import SIZES, TORQUES, descend_jointly, polished
 from drill_env.diagnosis.moves import unstrained, with_new_motions
 from drill_env.diagnosis.resonance import resonates, retuned
 from drill_env.diagnosis.rounds import (
@@ -58,6 +58,8 @@ _STRAINED = 3.0
 _HEATS = ((4, 0.3, 6, False), (6, 0.4, 3, True), (6, 0.5, 3, True))
 # Resonances are retuned if they gain this share of the best one.
 _RETUNED = 0.5
+# Logarithm of a correlation time over the usual one from which on candidates get their own.
+_UNUSUAL = 0.3
 # Scores fall short of the gain that a fit with its noise reaches.
 _SLACK = 15.0
 
@@ -85,7 +87,7 @@ def base_fit(
             "the given rig has no likelihood on these recordings: look for readings that are "
             "infinite, and for a rig file with numbers far from the rig's"
         )
-    here = descend_jointly(plain, here, limit=_BASE_ROUNDS, enough=1.0, sizes=False)
+    here = descend_jointly(plain, here, limit=_BASE_ROUNDS, enough=1.0, only=None)
     return setting, with_new_motions(setting, here)
 
 
@@ -185,8 +187,16 @@ def _best_of_each(done: Sequence[Attempt]) -> list[Attempt]:
 
 def _attempt(setting: Setting, fit: Fit, start: Fit, rounds: int, *, anew: bool = False) -> Attempt:
     begin = with_new_motions(setting, start) if anew else start
-    done = descend_jointly(setting, begin, limit=rounds, enough=2.0)
+    only = TORQUES if rounds > _FIRST_ROUNDS and _unusual(fit.noise) else SIZES
+    done = descend_jointly(setting, begin, limit=rounds, enough=2.0, only=only)
     return _attempted(fit, start if done.value > start.value else done)
+
+
+def _unusual(noise: NoiseModel) -> bool:
+    """Whether a torque is so slow or fast that it may be what is missing, not noise."""
+    usual = NoiseModel()
+    times = ((noise.tau_u, usual.tau_u), (noise.tau_l, usual.tau_l))
+    return any(abs(math.log(time / own)) > _UNUSUAL for time, own in times)
 
 
 def _attempted(before: Fit, fit: Fit) -> Attempt:
@@ -257,7 +267,8 @@ def _sought(
         that is given up for one, if any; and the rounds of the search.
     """
     here, shaped, rounds = base, None, []
-    for _ in range(most):
+    # A step of an encoder that was overlooked is no other effect and takes no effect's place.
+    while len({term.id for term in here.terms}) < most and len(rounds) <= most:
         found = search(setting, here, effects, report)
         rounds.append(found)
         best, needed = found.best, NEEDED_BESIDE if here.terms else NEEDED

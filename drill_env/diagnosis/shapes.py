@@ -15,6 +15,7 @@ from drill_env.parameters import Rig
 _ANGLE_HATS = 16
 _TIME_HATS = 12
 _OTHER_HATS = 9
+_SLOW = (0.15, 0.5)
 _UPPER, _LOWER = 0, 1
 TURN = 2.0 * np.pi
 """Travel (rad) from which on an angle has come round; an axis in metres travels less."""
@@ -144,7 +145,17 @@ def _functions(
         inner = np.quantile(values, np.linspace(0.0, 1.0, _OTHER_HATS))
         even = np.linspace(float(values.min()), float(values.max()), _OTHER_HATS)
         knots = np.unique(0.5 * (inner + even))
+        if name in ("omega_u", "omega_l"):
+            knots = _with_slow(knots)
     return knots, lambda values: hats(values, knots)
+
+
+def _with_slow(knots: FloatArray) -> FloatArray:
+    """Knots of a speed with those near rest, where friction changes within tenths of a rad/s."""
+    slow = np.array([sign * speed for speed in _SLOW for sign in (-1.0, 1.0)])
+    slow = slow[(slow > knots[0]) & (slow < knots[-1])]
+    far = np.abs(knots[:, None] - slow).min(axis=1, initial=np.inf) > 0.5 * min(_SLOW)
+    return np.unique(np.concatenate([knots[far], slow]))
 
 
 def come_round(motions: Sequence[Motion], inertias: int = 2) -> bool:

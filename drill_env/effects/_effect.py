@@ -114,10 +114,10 @@ class Effect:
 
 
 def amplitude(
-    name: str, unit: str, usual: float, *, most: float, signed: bool = True
+    name: str, unit: str, usual: float, *, most: float, signed: bool = True, form: float = 0.0
 ) -> EffectParameter:
     """A parameter to which the effect is proportional."""
-    return EffectParameter(name, unit, "amplitude", (usual,), -most if signed else 0.0, most)
+    return EffectParameter(name, unit, "amplitude", (usual,), -most if signed else 0.0, most, form)
 
 
 def phase(name: str = "phase") -> EffectParameter:

@@ -32,6 +32,7 @@ EFFECT = Effect(
                 0.8,
             ),
             low=0.001,
+            form=0.02,
             high=20.0,
         ),
     ),

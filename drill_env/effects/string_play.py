@@ -32,6 +32,7 @@ EFFECT = Effect(
                 0.6,
             ),
             low=0.001,
+            form=0.05,
             high=20.0,
         ),
     ),
