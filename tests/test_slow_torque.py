@@ -85,4 +85,6 @@ def test_knots_of_speeds_lie_near_rest_and_apart():
         gaps = np.diff(shape.knots)
         assert (gaps > 0.0).all()
         if shape.depends_on in ("omega_u", "omega_l"):
-            assert {-0.15, 0.15, -0.5, 0.5} <= set(shape.knots) and gaps.min() > 0.05
+            fastest = max(map(abs, shape.knots))
+            near = [k for k in shape.knots if abs(k) < 0.07 * fastest]
+            assert len(near) >= 4 and gaps.min() > 0.009 * fastest

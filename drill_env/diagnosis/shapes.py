@@ -15,7 +15,8 @@ from drill_env.parameters import Rig
 _ANGLE_HATS = 16
 _TIME_HATS = 12
 _OTHER_HATS = 9
-_SLOW = (0.15, 0.5)
+# Shares of the fastest speed at which there are knots too.
+_SLOW = (0.02, 0.06)
 _UPPER, _LOWER = 0, 1
 TURN = 2.0 * np.pi
 """Travel (rad) from which on an angle has come round; an axis in metres travels less."""
@@ -151,10 +152,12 @@ def _functions(
 
 
 def _with_slow(knots: FloatArray) -> FloatArray:
-    """Knots of a speed with those near rest, where friction changes within tenths of a rad/s."""
-    slow = np.array([sign * speed for speed in _SLOW for sign in (-1.0, 1.0)])
+    """Knots of a speed with those near rest, where friction changes within a small part of it."""
+    fastest = float(np.abs(knots).max())
+    slow = fastest * np.array([sign * share for share in _SLOW for sign in (-1.0, 1.0)])
     slow = slow[(slow > knots[0]) & (slow < knots[-1])]
-    far = np.abs(knots[:, None] - slow).min(axis=1, initial=np.inf) > 0.5 * min(_SLOW)
+    near = 0.5 * fastest * min(_SLOW)
+    far = np.abs(knots[:, None] - slow).min(axis=1, initial=np.inf) > near
     return np.unique(np.concatenate([knots[far], slow]))
 
 
