@@ -22,6 +22,8 @@ _NEARER = 0.97
 _LOST = "missed_counts"
 # Errors of 5 s predictions that are less than this many times as large are hardly worse.
 _WORSE = 1.05
+# And less than this many times, nearer throughout.
+_BETTER = 0.9
 
 
 def _gain(before: Sequence[Judged], after: Sequence[Judged]) -> float:
@@ -31,7 +33,10 @@ def _gain(before: Sequence[Judged], after: Sequence[Judged]) -> float:
 def _named_or_not(
     found: Found, before: Sequence[Judged], held: Sequence[Samples]
 ) -> tuple[Found, tuple[Judged, ...]]:
-    """A free shape takes the place of a name only if held-out recordings prefer it as clearly."""
+    """A free shape takes the place of a name only if held-out recordings prefer it too.
+
+    Either as clearly as the fitted ones, or plainly and with all predictions nearer.
+    """
     after = tuple(judge(s, found.setting, found.final) for s in held)
     if found.nameless is None:
         return found, after
@@ -40,7 +45,9 @@ def _named_or_not(
     wanted = named + clearly(named) if found.refuted is None else _HELPS
     for shaped in _shaped(found):
         other = tuple(judge(s, found.setting, shaped) for s in held)
-        if not held or not found.final.terms or _gain(before, other) > wanted:
+        gain = _gain(before, other)
+        better = gain > named + NEEDED and _as_near(after, other, _BETTER)
+        if not held or not found.final.terms or gain > wanted or better:
             return replace(found, final=shaped, contests={}), other
     return replace(found, nameless=None, refuted=None), after
 
@@ -88,11 +95,11 @@ def _given_up(found: Found, held: Sequence[Samples]) -> tuple[Found, tuple[Judge
     return bare, alone
 
 
-def _as_near(alone: Sequence[Judged], after: Sequence[Judged]) -> bool:
-    """Whether 5 s predictions of all that is read are hardly worse."""
+def _as_near(alone: Sequence[Judged], after: Sequence[Judged], times: float = _WORSE) -> bool:
+    """Whether the errors of 5 s predictions of all that is read are below so many times those."""
     pairs = [(rms(after, "short", i), rms(alone, "short", i)) for i in range(2)]
     read = [(a, b) for a, b in pairs if math.isfinite(b)]
-    return bool(read) and all(a < _WORSE * b for a, b in read)
+    return bool(read) and all(a < times * b for a, b in read)
 
 
 def judged(
