@@ -20,7 +20,7 @@ NEEDED_BESIDE = 40.0
 """The same beside another effect, whose formula need not be the rig's to the last digit."""
 
 _AT_LIMIT = 1.5
-# Share of the noise of torque; what a free torque leaves of fitted nulls is below a quarter of it.
+# Share of the noise of torque; a free torque leaves a fifth of it at most on five fitted nulls.
 _OWN = 0.5
 # Recordings: within one it changes by an eighth, or less.
 _SLOW = 8.0
