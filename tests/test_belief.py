@@ -1,13 +1,16 @@
 """From evidence to probability: what the numbers may claim."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drill_env.diagnosis.belief import UNLISTED, probabilities
-from drill_env.diagnosis.rounds import Attempt, Round
-from drill_env.diagnosis.terms import Named, Term
+from drill_env.diagnosis.belief import UNLISTED, belief_in, probabilities, standings
+from drill_env.diagnosis.rounds import Attempt, Found, Round
+from drill_env.diagnosis.terms import Named, Shape, Term
 from drill_env.effects import LIBRARY
 
 NAMES = ("actuator_lag", "gear_compliance", "string_damping", "unbalance")
@@ -48,3 +51,28 @@ def test_probabilities_follow_the_evidence_and_leave_room_for_the_unlisted(crite
     assert all(p >= 0.0 for p in told.values())
     assert sum(told[name] for name in named) <= 1.0 - UNLISTED + 1e-12
     assert sum(told.values()) <= 1.0 + 1e-12
+
+
+def test_what_explains_less_than_two_names_together_is_no_rival_of_theirs():
+    """A free shape that alone explains more than the first name had a probability near 1."""
+    first = a_round([500.0, 400.0])
+    shape = Shape("lower_torque_of_omega_l", "lower", "omega_l", "torque", (0.0, 1.0), unused)
+    first = replace(
+        first, before=SimpleNamespace(bic=0.0), shapes=(Attempt(None, shape_term(shape), 2e3, 2e3),)
+    )
+    final = SimpleNamespace(bic=-5000.0, terms=(*(a.term for a in first.named[:1]),))
+    beside = {"actuator_lag": 900.0, "gear_compliance": 850.0}
+    found = Found(None, None, (first,), final, {"actuator_lag": beside})
+    told = standings(found, first)
+    assert probabilities(first)[shape.id] > 0.99
+    assert told[shape.id][0] < 1e-6 and told[shape.id][1] == pytest.approx(3000.0)
+    assert told["gear_compliance"][1] == pytest.approx(50.0)
+    assert told["actuator_lag"][0] == pytest.approx(belief_in(found, "actuator_lag"))
+
+
+def unused(rig, motion):
+    raise AssertionError("nothing is computed of it")
+
+
+def shape_term(shape):
+    return Term(shape, np.zeros(2))

@@ -7,16 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.concealed.recordings import Hidden, Truth, make_recording
-from benchmarks.rig_maker import quasi_random
+from benchmarks.concealed.recordings import Hidden
 from drill_env import InputError, Rig
 from drill_env.diagnosis.diagnose import diagnose
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.effects import LIBRARY
-from drill_env.parameters import SYMBOLS
-from drill_env.recordings import Recording
+from tests.made_recordings import made
 
-SECONDS, RATE, COUNTS = 30.0, 200.0, 8192
 RIG = Rig().replace(km=3.66, bu=2.03, ktheta=0.0765, Tsl=0.0096, beta1=6.5)
 
 # 8e-4 rad/Nm between 0.4 and 0.6 of Ju.
@@ -24,19 +21,7 @@ GEAR_HZ = math.sqrt(1.0 / 8e-4 / (0.24 * RIG.Ju)) / (2.0 * math.pi)
 
 
 def recordings(hidden, seed, count=3, volts=5.0):
-    truth = Truth({name: getattr(RIG, name) for name in SYMBOLS}, tuple(hidden))
-    made = []
-    for i in range(count):
-        u = quasi_random(np.random.default_rng([seed, i]), SECONDS, RATE, volts)
-        made.append(make_recording(truth, u, (seed, i)))
-    step = 2 * math.pi / COUNTS
-    return [
-        Recording(
-            m.t, m.u, m.angles[:, 0], m.angles[:, 1],
-            quanta={"theta_u": step, "theta_l": step}, source=f"made-{i}",
-        )
-        for i, m in enumerate(made)
-    ]  # fmt: skip
+    return [made(RIG, tuple(hidden), (seed, i), volts=volts) for i in range(count)]
 
 
 def test_nothing_is_missing_from_a_rig_with_other_parameters():

@@ -160,6 +160,16 @@ SMOOTH = {
         },
         lambda: scipy_run(nothing, lambda t, y: 0.02 * np.cos(2 * math.pi * 0.7 * t - 0.8)),
     ),
+    "table of the drive": (
+        {
+            "id": "table", "component": "upper", "depends_on": "theta_u", "sort": "drive",
+            "knots": (np.arange(200) * 2 * math.pi / 200).tolist(),
+            "values": (0.05 * np.cos(np.arange(200) * 2 * math.pi / 200 + 0.3)).tolist(),
+        },
+        lambda: scipy_run(
+            lambda t, y: RIG.km * 4.5 * 0.05 * np.cos(y[0] + y[3] + 0.3), nothing
+        ),
+    ),
     "table of friction over twist": (
         {
             "id": "table", "component": "upper", "depends_on": "twist", "sort": "friction",

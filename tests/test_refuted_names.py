@@ -5,22 +5,18 @@ from __future__ import annotations
 import math
 
 import jsonschema
-import numpy as np
 
-from benchmarks.concealed.recordings import Hidden, Truth, make_recording
-from benchmarks.rig_maker import quasi_random
+from benchmarks.concealed.recordings import Hidden
 from drill_env import Rig
 from drill_env.cli._common import plain
 from drill_env.diagnosis.diagnose import diagnose
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.schema import schema
 from drill_env.effects import LIBRARY
-from drill_env.parameters import SYMBOLS
-from drill_env.recordings import Recording
 from drill_env.report.diagnosis_page import diagnosis_page
+from tests.made_recordings import made
 
 SMALL = ("friction_step", "quadratic_drag", "unbalance", "whirl_drag")
-STEP = 2.0 * math.pi / 8192
 
 
 def without(*names):
@@ -29,13 +25,7 @@ def without(*names):
 
 
 def recorded(effect, parameters, seed):
-    truth = Truth({n: getattr(Rig(), n) for n in SYMBOLS}, (Hidden(effect, parameters),))
-    u = quasi_random(np.random.default_rng([seed]), 30.0, 200.0, 5.0)
-    made = make_recording(truth, u, (seed,))
-    return Recording(
-        made.t, made.u, made.angles[:, 0], made.angles[:, 1],
-        quanta={"theta_u": STEP, "theta_l": STEP}, source=f"made-{seed}",
-    )  # fmt: skip
+    return made(Rig(), (Hidden(effect, parameters),), (seed,))
 
 
 def test_what_held_out_recordings_contradict_is_no_name():

@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.concealed.recordings import Hidden, Truth, make_recording
-from benchmarks.rig_maker import quasi_random
+from benchmarks.concealed.recordings import Hidden
 from drill_env import Rig
 from drill_env.diagnosis.joint import descend_jointly
 from drill_env.diagnosis.moves import added
@@ -17,28 +16,16 @@ from drill_env.diagnosis.search import base_fit
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 from drill_env.identification.samples import prepare
-from drill_env.parameters import SYMBOLS
-from drill_env.recordings import Recording
+from tests.made_recordings import FREE, made
 
-STEP = 2.0 * math.pi / 8192
 INERTIA = 3e-4
 HERTZ = math.sqrt(4.0 * Rig().ktheta / INERTIA) / (2.0 * math.pi)
 
 
-def recorded(seed: int) -> Recording:
-    mode = Hidden("string_inertia", {"string_inertia": INERTIA})
-    truth = Truth({name: getattr(Rig(), name) for name in SYMBOLS}, (mode,))
-    u = quasi_random(np.random.default_rng([seed]), 30.0, 200.0, 5.0)
-    made = make_recording(truth, u, (seed,))
-    return Recording(
-        made.t, made.u, made.angles[:, 0], made.angles[:, 1],
-        quanta={"theta_u": STEP, "theta_l": STEP},
-    )  # fmt: skip
-
-
 def test_a_wrong_peak_is_left_for_the_right_one():
-    free = [name for name in SYMBOLS if name != "Ju"]
-    setting, base = base_fit([prepare(recorded(seed), Rig()) for seed in (1, 2)], Rig(), free)
+    mode = Hidden("string_inertia", {"string_inertia": INERTIA})
+    samples = [prepare(made(Rig(), (mode,), (seed,)), Rig()) for seed in (1, 2)]
+    setting, base = base_fit(samples, Rig(), FREE)
     start = added(
         setting, base, Term(Named(LIBRARY["string_inertia"]), np.array([1.3 * HERTZ, 5e-3]))
     )

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from benchmarks.concealed.recordings import Hidden, Truth, make_recording
-from benchmarks.rig_maker import quasi_random
+from benchmarks.concealed.recordings import Hidden
 from drill_env import Rig
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.first_look import first_look
@@ -21,28 +19,15 @@ from drill_env.diagnosis.scan import score_shapes
 from drill_env.diagnosis.search import base_fit
 from drill_env.diagnosis.shapes import free_shapes
 from drill_env.identification.samples import prepare
-from drill_env.parameters import SYMBOLS
-from drill_env.recordings import Recording
+from tests.made_recordings import FREE, made
 
-STEP = 2.0 * math.pi / 8192
 VOLTS = 3.0
 """Low, so that the upper disc turns slowly at times, where its friction differs."""
 
 
 def fitted(*hidden: Hidden) -> tuple[Setting, Fit]:
-    truth = Truth({name: getattr(Rig(), name) for name in SYMBOLS}, hidden)
-    recordings = []
-    for seed in (1, 2):
-        u = quasi_random(np.random.default_rng([seed]), 30.0, 200.0, VOLTS)
-        made = make_recording(truth, u, (seed,))
-        recordings.append(
-            Recording(
-                made.t, made.u, made.angles[:, 0], made.angles[:, 1],
-                quanta={"theta_u": STEP, "theta_l": STEP},
-            )
-        )  # fmt: skip
-    free = [name for name in SYMBOLS if name != "Ju"]
-    return base_fit([prepare(r, Rig()) for r in recordings], Rig(), free)
+    recordings = [made(Rig(), hidden, (seed,), volts=VOLTS) for seed in (1, 2)]
+    return base_fit([prepare(r, Rig()) for r in recordings], Rig(), FREE)
 
 
 def speed_shape(setting: Setting, base: Fit) -> Attempt:

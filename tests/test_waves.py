@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
-from benchmarks.concealed.recordings import Hidden, Truth, make_recording
-from benchmarks.rig_maker import quasi_random
+from benchmarks.concealed.recordings import Hidden
 from drill_env import Rig
 from drill_env.diagnosis.declare import declaration
 from drill_env.diagnosis.diagnose import diagnose
@@ -19,26 +16,18 @@ from drill_env.diagnosis.waves import free_waves
 from drill_env.effects import LIBRARY
 from drill_env.effects.along import Motion, response_along
 from drill_env.integrator.extended import run_extended
-from drill_env.parameters import SYMBOLS
-from drill_env.recordings import Recording
 from drill_env.report.diagnosis_page import diagnosis_page
+from tests.made_recordings import made
 
-SECONDS, RATE = 30.0, 200.0
 RIG = Rig().replace(km=3.66, bu=2.03, ktheta=0.0765, Tsl=0.0096, beta1=6.5)
 KEPT = {"friction_warmup", "quadratic_drag", "string_damping"}
 
 
 def without_a_name(hidden, seed):
     """The diagnosis of two recordings, a third one held out, by a library of few names."""
-    truth = Truth({name: getattr(RIG, name) for name in SYMBOLS}, (hidden,))
-    made = []
-    for i in range(3):
-        u = quasi_random(np.random.default_rng([seed, i]), SECONDS, RATE, 5.0)
-        m = make_recording(truth, u, (seed, i))
-        quanta = dict.fromkeys(("theta_u", "theta_l"), 2.0 * math.pi / 8192)
-        made.append(Recording(m.t, m.u, m.angles[:, 0], m.angles[:, 1], quanta=quanta))
+    *fit, held = [made(RIG, (hidden,), (seed, i)) for i in range(3)]
     options = DiagnosisOptions(leave_out=tuple(sorted(set(LIBRARY) - KEPT)), most=1)
-    return diagnose(made[:2], Rig(), [made[2]], options=options)
+    return diagnose(fit, Rig(), [held], options=options)
 
 
 @pytest.mark.parametrize(

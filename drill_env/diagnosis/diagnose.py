@@ -182,7 +182,7 @@ def _result(
     leading = next((e.id for e in effects if e.id in inside), shaped[0].id if shaped else "")
     known = {*inside, *(e.id for e in effects)}
     alternatives = [
-        Alternative(*rival) for rival in rivals(rounds_of(found, leading), known, found.given_up)
+        Alternative(*rival) for rival in rivals(found, rounds_of(found, leading), known)
     ]
     # The menu is of the rig's voltages: a lone axis would leave its bench.
     plays = final.rig.inertias == 2 and setting.samples[0].recording.drive == "voltage"

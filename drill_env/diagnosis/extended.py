@@ -20,6 +20,14 @@ from drill_env.identification.smoothing import slopes_of, smoothed
 from drill_env.parameters import SYMBOLS, Rig
 
 THREADS = 2
+# Parameters that the torques of effects and shapes of a component are made of.
+_ACTS_BY = {
+    "actuator": ("km",),
+    "upper": ("km", "Tsu", "dTsu", "bu", "dbu", "ktheta"),
+    "string": ("ktheta",),
+    "lower": ("Tsl", "T1", "T2", "beta1", "beta2", "bl"),
+    "sensor": (),
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,6 +60,7 @@ def whitened(
     # One product of plain matrices: a stack of small ones is many times slower.
     own = slopes[:, :, places].reshape(-1, len(places)) @ jacobian
     columns = [own.reshape(*slopes.shape[:2], -1)]
+    by_loads = partial(slopes_of, samples, noise, path, errors=None)
     for place, term in enumerate(terms):
         if at_rest(term):
             filtered = partial(
@@ -62,7 +71,22 @@ def whitened(
             continue
         loads, errors = term.slopes(fit_rig, motion)
         columns.append(slopes_of(samples, noise, path, loads, errors))
+        columns[0] = columns[0] + _by_the_rig(term, fit_rig, motion, places, jacobian, by_loads)
     return np.concatenate(columns, axis=2)
+
+
+def _by_the_rig(
+    term: Term, rig: Rig, motion: Motion, places: list[int], jacobian: FloatArray,
+    by_loads: Callable[[FloatArray], FloatArray],
+) -> FloatArray | float:  # fmt: skip
+    """How predictions follow the rig's coordinates through what a term makes of its parameters."""
+    names = [n for n in _ACTS_BY[term.source.component] if SYMBOLS.index(n) in places]
+    loads = term.slopes_by(names, rig, motion)
+    told = np.flatnonzero(loads.any(axis=(0, 1)))
+    if not len(told):
+        return 0.0
+    rows = [places.index(SYMBOLS.index(names[i])) for i in told]
+    return by_loads(loads[:, :, told]) @ jacobian[rows]
 
 
 def _moved_predictions(

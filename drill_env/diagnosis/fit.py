@@ -17,8 +17,11 @@ from drill_env.identification.prediction_error import Trace
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
 
-# Sizes of free shapes: Nm at the discs, share of the brake's torque, rad of a reading.
-_USUAL_SHAPE = {"upper": 1.0, "lower": 0.03, "string": 0.03, "friction": 0.5, "sensor": 0.1}
+# Sizes of free shapes: Nm at the discs, shares of the brake's and the drive's torque, rad of a
+# reading.
+_USUAL_SHAPE = {
+    "upper": 1.0, "lower": 0.03, "string": 0.03, "friction": 0.5, "drive": 0.3, "sensor": 0.1,
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,8 +113,9 @@ def _stiffness(term: Term) -> FloatArray:
     """Precision of a term's numbers around 0: what the rig's own parameters can do, they do."""
     if not isinstance(term.source, Shape):
         return np.zeros(len(term.q))
-    sort = "friction" if term.source.sort == "friction" else term.source.component
-    return np.full(len(term.q), 1.0 / _USUAL_SHAPE[sort] ** 2)
+    source = term.source
+    usual = _USUAL_SHAPE.get(source.sort) or _USUAL_SHAPE[source.component]
+    return np.full(len(term.q), 1.0 / usual**2)
 
 
 def prior_weight(setting: Setting, centre: FloatArray) -> FloatArray:

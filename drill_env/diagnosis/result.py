@@ -89,8 +89,8 @@ class FoundShape:
 
     Attributes:
         coordinate: what it is a function of.
-        sort: "torque" (Nm), "friction" (share of the brake's torque; Nm over twist, which is the
-            upper disc's) or "error" (rad).
+        sort: "torque" (Nm), "friction" (share of the brake's torque, or Nm at the upper disc),
+            "drive" (share of km u) or "error" (rad).
         formula: shortest description that was found.
         r2: share of the shape's variance that the formula explains.
         knots: values of the coordinate.

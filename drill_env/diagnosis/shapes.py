@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -22,6 +23,8 @@ TURN = 2.0 * np.pi
 """Travel (rad) from which on an angle has come round; an axis in metres travels less."""
 
 Coordinate = Callable[[Motion], FloatArray]
+Functions = Callable[[FloatArray], FloatArray]
+Basis = Callable[[Rig, Motion], tuple[FloatArray | None, FloatArray | None]]
 
 
 def middle(values: FloatArray) -> FloatArray:
@@ -73,9 +76,7 @@ def _held(name: str, motion: Motion) -> FloatArray:
     return values if name == "voltage" else middle(values)
 
 
-def _plain(
-    name: str, discs: Sequence[tuple[int, float]], functions: Callable[[FloatArray], FloatArray]
-) -> Callable[[Rig, Motion], tuple[FloatArray | None, FloatArray | None]]:
+def _plain(discs: Sequence[tuple[int, float]], name: str, functions: Functions) -> Basis:
     def basis(rig: Rig, motion: Motion) -> tuple[FloatArray | None, FloatArray | None]:
         values = functions(_held(name, motion))
         loads = np.zeros((len(values), 2, values.shape[1]))
@@ -86,9 +87,17 @@ def _plain(
     return basis
 
 
-def _braking(
-    name: str, functions: Callable[[FloatArray], FloatArray]
-) -> Callable[[Rig, Motion], tuple[FloatArray | None, FloatArray | None]]:
+def _driven(name: str, functions: Functions) -> Basis:
+    def basis(rig: Rig, motion: Motion) -> tuple[FloatArray | None, FloatArray | None]:
+        values = rig.km * motion.u[:, None] * functions(_held(name, motion))
+        loads = np.zeros((len(values), 2, values.shape[1]))
+        loads[:, _UPPER] = values
+        return loads, None
+
+    return basis
+
+
+def _braking(name: str, functions: Functions) -> Basis:
     def basis(rig: Rig, motion: Motion) -> tuple[FloatArray | None, FloatArray | None]:
         omega = middle(motion.states[:, 2])
         friction = lower_curve(rig, np.abs(omega)) * np.sign(omega)
@@ -100,9 +109,7 @@ def _braking(
     return basis
 
 
-def _rubbing(
-    name: str, functions: Callable[[FloatArray], FloatArray]
-) -> Callable[[Rig, Motion], tuple[FloatArray | None, FloatArray | None]]:
+def _rubbing(name: str, functions: Functions) -> Basis:
     def basis(rig: Rig, motion: Motion) -> tuple[FloatArray | None, FloatArray | None]:
         values = -functions(_held(name, motion)) * np.sign(middle(motion.states[:, 1]))[:, None]
         loads = np.zeros((len(values), 2, values.shape[1]))
@@ -112,9 +119,7 @@ def _rubbing(
     return basis
 
 
-def _misread(
-    name: str, disc: int, functions: Callable[[FloatArray], FloatArray]
-) -> Callable[[Rig, Motion], tuple[FloatArray | None, FloatArray | None]]:
+def _misread(disc: int, name: str, functions: Functions) -> Basis:
     def basis(rig: Rig, motion: Motion) -> tuple[FloatArray | None, FloatArray | None]:
         values = functions(COORDINATES[name](motion))
         errors = np.zeros((len(values), 2, values.shape[1]))
@@ -124,15 +129,33 @@ def _misread(
     return basis
 
 
+_Maker = Callable[[str, Functions], Basis]
+_OFFERED: tuple[tuple[str, str, str, tuple[str, ...], _Maker], ...] = (
+    ("upper_torque", "upper", "torque", ("time", "voltage", "theta_u", "omega_u", "twist"),
+     partial(_plain, [(_UPPER, 1.0)])),
+    ("lower_torque", "lower", "torque", ("time", "theta_l", "omega_l"),
+     partial(_plain, [(_LOWER, 1.0)])),
+    ("upper_drive", "upper", "drive", ("theta_u",), _driven),
+    ("drive", "actuator", "drive", ("time",), _driven),
+    ("lower_friction", "lower", "friction", ("time", "theta_l"), _braking),
+    ("upper_friction", "upper", "friction", ("time", "twist"), _rubbing),
+    ("string_torque", "string", "torque", ("twist", "omega_u - omega_l"),
+     partial(_plain, [(_UPPER, -1.0), (_LOWER, 1.0)])),
+    ("error_u", "sensor", "error", ("theta_u", "time"), partial(_misread, _UPPER)),
+    ("error_l", "sensor", "error", ("theta_l", "time"), partial(_misread, _LOWER)),
+)  # fmt: skip
+# What a rig of one inertia has of it.
+_OF_ONE = ("upper_torque", "upper_drive", "drive", "upper_friction", "error_u")
+_COORDINATES_OF_ONE = ("time", "voltage", "theta_u", "omega_u")
+
+
 def comes_round(depends_on: str, knots: Sequence[float]) -> bool:
     """Whether a shape over so many knots is one of an angle's turn and not of a way."""
     even = TURN * (1.0 - 1.0 / len(knots))
     return depends_on.startswith("theta") and abs(knots[-1] - knots[0] - even) < 1e-9
 
 
-def _functions(
-    name: str, motions: Sequence[Motion], turning: bool
-) -> tuple[FloatArray, Callable[[FloatArray], FloatArray]]:
+def _functions(name: str, motions: Sequence[Motion], turning: bool) -> tuple[FloatArray, Functions]:
     if turning and name.startswith("theta"):
         turn = TURN * np.arange(_ANGLE_HATS) / _ANGLE_HATS
         return turn, lambda values: ring(values, _ANGLE_HATS)
@@ -173,52 +196,16 @@ def free_shapes(motions: Sequence[Motion], inertias: int = 2) -> tuple[Shape, ..
         motions: of the fitted recordings; they set the range of each coordinate.
         inertias: of the rig; of one there is the upper disc alone.
     """
-    made = []
     turning = come_round(motions, inertias)
     forms = {name: _functions(name, motions, turning) for name in COORDINATES}
-    for name in ("time", "voltage", "theta_u", "omega_u", "twist"):
-        knots, functions = forms[name]
-        made.append(
-            Shape(f"upper_torque_of_{name}", "upper", name, "torque", tuple(knots),
-                  _plain(name, [(_UPPER, 1.0)], functions))
-        )  # fmt: skip
-    for name in ("time", "theta_l", "omega_l"):
-        knots, functions = forms[name]
-        made.append(
-            Shape(f"lower_torque_of_{name}", "lower", name, "torque", tuple(knots),
-                  _plain(name, [(_LOWER, 1.0)], functions))
-        )  # fmt: skip
-    for name in ("time", "theta_l"):
-        knots, functions = forms[name]
-        made.append(
-            Shape(f"lower_friction_of_{name}", "lower", name, "friction", tuple(knots),
-                  _braking(name, functions))
-        )  # fmt: skip
-    knots, functions = forms["twist"]
-    made.append(
-        Shape("upper_friction_of_twist", "upper", "twist", "friction", tuple(knots),
-              _rubbing("twist", functions))
-    )  # fmt: skip
-    for name in ("twist", "omega_u - omega_l"):
-        knots, functions = forms[name]
-        made.append(
-            Shape(f"string_torque_of_{name}", "string", name, "torque", tuple(knots),
-                  _plain(name, [(_UPPER, -1.0), (_LOWER, 1.0)], functions))
-        )  # fmt: skip
-    for disc, letter in ((_UPPER, "u"), (_LOWER, "l")):
-        for name in (f"theta_{letter}", "time"):
-            knots, functions = forms[name]
-            made.append(
-                Shape(f"error_{letter}_of_{name}", "sensor", name, "error", tuple(knots),
-                      _misread(name, disc, functions))
-            )  # fmt: skip
-    if inertias == 1:
-        upper = ("time", "voltage", "theta_u", "omega_u")
-        made = [
-            s
-            for s in made
-            if s.depends_on in upper and (s.component == "upper" or s.id.startswith("error_u"))
-        ]
+    made = [
+        Shape(f"{what}_of_{name}", component, name, sort, tuple(forms[name][0]),
+              make(name, forms[name][1]))
+        for what, component, sort, names, make in _OFFERED
+        if inertias == 2 or what in _OF_ONE
+        for name in names
+        if inertias == 2 or name in _COORDINATES_OF_ONE
+    ]  # fmt: skip
     if not turning:
         # A reading that is off in proportion to the way is but another scale of torque.
         made = [s for s in made if s.id != "error_u_of_theta_u"]

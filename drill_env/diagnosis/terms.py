@@ -30,6 +30,11 @@ class Source(Protocol):
         """Name in reports."""
         ...
 
+    @property
+    def component(self) -> str:
+        """Where it acts."""
+        ...
+
     def response(self, q: FloatArray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
         """Torques (Nm) and reading errors (rad) of both discs, each of shape (n, 2)."""
         ...
@@ -62,6 +67,11 @@ class Named:
     def id(self) -> str:
         """The effect's."""
         return self.effect.id
+
+    @property
+    def component(self) -> str:
+        """The effect's."""
+        return self.effect.component
 
     def response(self, q: FloatArray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
         """The effect's torques and reading errors."""
@@ -97,7 +107,8 @@ class Shape:
         id: name in reports.
         component: where its torque acts.
         depends_on: the coordinate.
-        sort: "torque", "friction" (turned against the motion) or "error".
+        sort: "torque", "friction" (turned against the motion), "drive" (a share of km u) or
+            "error".
         knots: values of the coordinate at which its numbers are the function's values.
         basis: gives torques and errors of every number, each (n, 2, size), or None for none.
     """
@@ -166,6 +177,19 @@ class Term:
             loads[:, :, i] = (above[0] - below[0]) / step
             errors[:, :, i] = (above[1] - below[1]) / step
         return loads, errors
+
+    def slopes_by(self, names: Sequence[str], rig: Rig, motion: Motion) -> FloatArray:
+        """Derivatives of torques (Nm) by parameters of the rig, shape (n, 2, len(names))."""
+        out = np.zeros((len(motion.t), 2, len(names)))
+        if not names:
+            return out
+        below = self.source.response(self.q, rig, motion)[0]
+        for i, name in enumerate(names):
+            value = getattr(rig, name)
+            step = _RELATIVE_STEP * max(abs(value), _RELATIVE_STEP)
+            moved = rig.replace(**{name: value + step})
+            out[:, :, i] = (self.source.response(self.q, moved, motion)[0] - below) / step
+        return out
 
 
 def at_rest(term: Term) -> bool:

@@ -24,7 +24,7 @@ class Bundle(NamedTuple):
 def add_response(i, p, bundle, memories, s, out):
     """Add the response of effect `i`."""
     if bundle.codes[i] == TABLE:
-        tabulated(bundle.q[i], bundle.tables[i], s, out)
+        tabulated(p, bundle.q[i], bundle.tables[i], s, out)
     else:
         respond(bundle.codes[i], p, bundle.q[i], memories[i], s, out)
 

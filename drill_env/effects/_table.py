@@ -17,7 +17,9 @@ COORDINATES = (
 )
 TIME, VOLTAGE, THETA_U, THETA_L, TWIST, OMEGA_U, OMEGA_L = range(7)
 
-ACTIONS = ("torque_u", "torque_l", "string", "friction_u", "friction_l", "angle_u", "angle_l")
+ACTIONS = (
+    "torque_u", "torque_l", "string", "friction_u", "friction_l", "angle_u", "angle_l", "drive_u",
+)  # fmt: skip
 TORQUE_U, TORQUE_L, STRING, FRICTION_U, FRICTION_L, ANGLE_U, ANGLE_L = range(7)
 
 COORDINATE, ACTION, COUNT, PERIOD = range(4)
@@ -68,7 +70,7 @@ def interpolate(table, count, x):
 
 
 @kernel
-def tabulated(q, table, s, out):
+def tabulated(p, q, table, s, out):
     """Add the table's torque or error; `q` holds its coordinate, action, length and period."""
     x = within(coordinate_of(int(q[COORDINATE]), s), q[PERIOD])
     value = interpolate(table, int(q[COUNT]), x)
@@ -86,5 +88,7 @@ def tabulated(q, table, s, out):
         out.torque_l += against(s.omega_l, s.net_l, value * s.friction_l)
     elif action == ANGLE_U:
         out.angle_u += value
-    else:
+    elif action == ANGLE_L:
         out.angle_l += value
+    else:
+        out.torque_u += p.km * s.u * value

@@ -50,6 +50,8 @@ _ACTION = {
     ("string", "torque"): "string",
     ("upper", "friction"): "friction_u",
     ("lower", "friction"): "friction_l",
+    ("actuator", "drive"): "drive_u",
+    ("upper", "drive"): "drive_u",
 }
 _TURN = 2.0 * math.pi
 _ENCODER = {"theta_u": "upper", "theta_l": "lower"}
@@ -182,7 +184,8 @@ def _action(entry: Mapping[str, Any]) -> str:
     if (component, sort) not in _ACTION:
         raise InputError(
             f"table: component {component!r} with sort {sort!r}; give sort torque with actuator, "
-            "upper, string or lower, friction with upper or lower, or error with sensor"
+            "upper, string or lower, friction with upper or lower, drive with actuator or upper, "
+            "or error with sensor"
         )
     return _ACTION[component, sort]
 

@@ -30,7 +30,6 @@ EFFECT = Effect(
             ),
             low=0.0,
             high=0.5,
-            form=0.002,
         ),
     ),
     formula="theta_l(t - delay) - theta_l(t) on the reading",

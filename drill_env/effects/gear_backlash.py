@@ -47,7 +47,6 @@ EFFECT = Effect(
             ),
             low=0.5,
             high=200.0,
-            form=0.003,
         ),
         FRICTION_SHARE,
         DAMPING,

@@ -20,7 +20,7 @@ from drill_env.report._law_coordinate import TURN, cycles_of, law_coordinate
 _BINS, _DRAWS, _FEWEST_BLOCKS = 32, 40, 4
 _BLOCK = 1.0
 _SLOW = 0.02
-# The law must explain so much more of its torque when turned against the motion.
+# The law must explain so much more of its torque when turned.
 _CLEARER = 0.1
 
 
@@ -45,7 +45,7 @@ class Evidence:
         left: the same once the term is known.
         acts: what the term itself does there, Nm or rad, each (n,).
         coordinate: in words, with unit.
-        against: whether torques are drawn as positive when they oppose the motion.
+        turned: in words, which torques are drawn as positive; empty for all as they are.
         points: latent torque over the coordinate, the term unknown.
         rest: the same once the term is known.
         law: the term over the coordinate, with the band of its numbers.
@@ -58,7 +58,7 @@ class Evidence:
     left: tuple[FloatArray, ...]
     acts: tuple[FloatArray, ...]
     coordinate: str
-    against: bool
+    turned: str
     points: Points
     rest: Points
     law: Points
@@ -111,16 +111,28 @@ def evidence(found: Found, term: Term, left: tuple[FloatArray, ...]) -> Evidence
     acts = tuple(r[:, disc] for r in both)
     words, values = law_coordinate(term, motions)
     bins = _sorted_into(values, motions, disc, ring=cycles_of(term) is not None)
-    signs = np.concatenate([-np.sign(middle(m.states[:, 1 + disc])) for m in motions])
-    plain = _explained(bins, np.concatenate(acts))
-    against = not senses and _explained(bins, signs * np.concatenate(acts)) > plain + _CLEARER
-    turn = signs if against else np.ones_like(signs)
+    turned, turn = ("", np.ones(len(bins.place))) if senses else _turned(bins, acts, motions, disc)
     return Evidence(
-        term, disc, without, tuple(d[:, disc] for d in left), acts, words, against,
+        term, disc, without, tuple(d[:, disc] for d in left), acts, words, turned,
         _means(bins, turn * np.concatenate(without)),
         _means(bins, turn * np.concatenate([d[:, disc] for d in left])),
         _law(found, term, bins, turn, disc, senses=senses), senses,
     )  # fmt: skip
+
+
+def _turned(
+    bins: _Bins, acts: tuple[FloatArray, ...], motions: tuple[Motion, ...], disc: int
+) -> tuple[str, FloatArray]:
+    """The signs that show a torque as a function of the coordinate, and what they stand for."""
+    ways = {"": [np.ones(len(m.t)) for m in motions]}
+    ways["against the motion"] = [-np.sign(middle(m.states[:, 1 + disc])) for m in motions]
+    if disc == 0:
+        ways["along the voltage"] = [np.sign(m.u) for m in motions]
+    signs = {words: np.concatenate(way) for words, way in ways.items()}
+    told = {words: _explained(bins, s * np.concatenate(acts)) for words, s in signs.items()}
+    told[""] += _CLEARER
+    best = max(told, key=lambda words: told[words])
+    return best, signs[best]
 
 
 def _sorted_into(

@@ -104,7 +104,7 @@ def law_figure(seen: Evidence, number: int) -> Markup:
             law_drawn(axis, seen.law, "fitted law")
         dots_drawn(axis, seen.points, BEFORE, "o", "missing torque")
         dots_drawn(axis, seen.rest, SOFT, "s", "left over")
-        what = "torque against the motion [Nm]" if seen.against else "torque [Nm]"
+        what = f"torque {seen.turned} [Nm]" if seen.turned else "torque [Nm]"
         axis.set_ylabel(f"{_DISCS[seen.disc]} disc: {what}")
         legend(axis)
         figure.axes[-1].set_xlabel(seen.coordinate)
