@@ -17,7 +17,7 @@ from drill_env.diagnosis.first_look import first_look
 from drill_env.diagnosis.fit import Fit, Setting, strain
 from drill_env.diagnosis.ground import ground_at
 from drill_env.diagnosis.joint import SIZES, TORQUES, descend_jointly, polished
-from drill_env.diagnosis.moves import unstrained, with_new_motions
+from drill_env.diagnosis.moves import added, unstrained, with_new_motions
 from drill_env.diagnosis.resonance import resonates, retuned
 from drill_env.diagnosis.rounds import (
     NEEDED,
@@ -60,6 +60,8 @@ _HEATS = ((4, 0.3, 6, False), (6, 0.4, 3, True), (6, 0.5, 3, True))
 _RETUNED = 0.5
 # Logarithm of a correlation time over the usual one from which on candidates get their own.
 _UNUSUAL = 0.3
+# How many names are begun again with the usual noise then, how often and for how many rounds.
+_TIGHT, _TIGHTENINGS, _TIGHT_ROUNDS = 2, 2, 10
 # Scores fall short of the gain that a fit with its noise reaches.
 _SLACK = 15.0
 
@@ -119,6 +121,9 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
         report(f"trying {start.terms[-1].id}")
         done.append(_attempt(setting, fit, start, _FIRST_ROUNDS))
     done = _retuned(setting, fit, _heated(setting, fit, done))
+    if _unusual(fit.noise):
+        report("trying with the usual noise")
+        done = sorted([*done, *_tightened(setting, fit, done)], key=lambda a: -a.gain)
     if not fit.terms and done and strain(setting, done[0].fit) > _STRAINED * len(fit.vector):
         report("trying from the given rig")
         starts = _from_home(setting, fit, effects)
@@ -177,6 +182,24 @@ def _retuned(setting: Setting, fit: Fit, done: list[Attempt]) -> list[Attempt]:
     return sorted(done, key=lambda a: -a.gain)
 
 
+def _tightened(setting: Setting, fit: Fit, done: Sequence[Attempt]) -> list[Attempt]:
+    """The most hopeful names begun again with the usual noise.
+
+    A torque that is slow and large follows what is missing, and holds no number in its place: a
+    descent ends anywhere. Under little noise all numbers are told, from far away too.
+    """
+    again = []
+    noise = replace(fit.noise, **_usual_where_unusual(fit.noise))
+    for attempt in [a for a in done if is_named(a.term)][:_TIGHT]:
+        there = attempt.fit
+        for _ in range(_TIGHTENINGS):
+            here = added(setting, fit, there.terms[-1])
+            start = evaluate(setting, here.vector, here.terms, noise, here.starts, here.motions)
+            there = descend_jointly(setting, start, limit=_TIGHT_ROUNDS, enough=2.0, only=None)
+            again.append(_attempted(fit, there))
+    return again
+
+
 def _best_of_each(done: Sequence[Attempt]) -> list[Attempt]:
     """Attempts by criterion, the best of each candidate only."""
     best: dict[str, Attempt] = {}
@@ -194,9 +217,17 @@ def _attempt(setting: Setting, fit: Fit, start: Fit, rounds: int, *, anew: bool 
 
 def _unusual(noise: NoiseModel) -> bool:
     """Whether a torque is so slow or fast that it may be what is missing, not noise."""
-    usual = NoiseModel()
-    times = ((noise.tau_u, usual.tau_u), (noise.tau_l, usual.tau_l))
-    return any(abs(math.log(time / own)) > _UNUSUAL for time, own in times)
+    return bool(_usual_where_unusual(noise))
+
+
+def _usual_where_unusual(noise: NoiseModel) -> dict[str, float]:
+    """Usual sizes and correlation times of the torques that are slow or fast."""
+    usual, found = NoiseModel(), {}
+    for disc in ("u", "l"):
+        size, time = f"torque_{disc}", f"tau_{disc}"
+        if abs(math.log(getattr(noise, time) / getattr(usual, time))) > _UNUSUAL:
+            found |= {name: getattr(usual, name) for name in (size, time)}
+    return found
 
 
 def _attempted(before: Fit, fit: Fit) -> Attempt:
