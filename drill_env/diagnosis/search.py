@@ -9,6 +9,16 @@ from dataclasses import replace
 import numpy as np
 
 from drill_env._errors import InputError
+from drill_env.diagnosis.attempts import (
+    FIRST_ROUNDS,
+    attempted,
+    best_of_each,
+    carried_on,
+    heated,
+    tightened,
+    unusual,
+    with_resonances_retuned,
+)
 from drill_env.diagnosis.clock import cleaned, with_uncertain_times
 from drill_env.diagnosis.contest import contest
 from drill_env.diagnosis.extended import evaluate, motion_of
@@ -16,9 +26,8 @@ from drill_env.diagnosis.faults import clock_jitter
 from drill_env.diagnosis.first_look import first_look
 from drill_env.diagnosis.fit import Fit, Setting, strain
 from drill_env.diagnosis.ground import ground_at
-from drill_env.diagnosis.joint import SIZES, TORQUES, descend_jointly, polished
-from drill_env.diagnosis.moves import added, unstrained, with_new_motions
-from drill_env.diagnosis.resonance import resonates, retuned
+from drill_env.diagnosis.joint import descend_jointly, polished
+from drill_env.diagnosis.moves import unstrained, with_new_motions
 from drill_env.diagnosis.rounds import (
     NEEDED,
     NEEDED_BESIDE,
@@ -50,18 +59,9 @@ _RELEASE = 6.0
 _WIDTHS, _LATER_WIDTHS = (12, 5), (7, 3)
 _TRIED, _TRIED_SHAPES, _TRIED_WAVES = 6, 2, 2
 _BASE_ROUNDS = 25
-_FIRST_ROUNDS, _HOME_ROUNDS = 2, 5
+_HOME_ROUNDS = 5
 # Squared standard deviations a parameter above which a fitted rig counts as bent.
 _STRAINED = 3.0
-# Rounds more for candidates whose gain is not below this share of the best one's, and how many.
-# The last ones get motions that are told anew with the candidate in place.
-_HEATS = ((4, 0.3, 6, False), (6, 0.4, 3, True), (6, 0.5, 3, True))
-# Resonances are retuned if they gain this share of the best one.
-_RETUNED = 0.5
-# Logarithm of a correlation time over the usual one from which on candidates get their own.
-_UNUSUAL = 0.3
-# How many names are begun again with the usual noise then, how often and for how many rounds.
-_TIGHT, _TIGHTENINGS, _TIGHT_ROUNDS = 2, 2, 10
 # Scores fall short of the gain that a fit with its noise reaches.
 _SLACK = 15.0
 
@@ -119,16 +119,16 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     done: list[Attempt] = []
     for start in _starts(setting, fit, hopeful):
         report(f"trying {start.terms[-1].id}")
-        done.append(_attempt(setting, fit, start, _FIRST_ROUNDS))
-    done = _retuned(setting, fit, _heated(setting, fit, done))
-    if _unusual(fit.noise):
+        done.append(carried_on(setting, fit, start, FIRST_ROUNDS))
+    done = with_resonances_retuned(setting, fit, heated(setting, fit, done))
+    if unusual(fit.noise):
         report("trying with the usual noise")
-        done = sorted([*done, *_tightened(setting, fit, done)], key=lambda a: -a.gain)
+        done = sorted([*done, *tightened(setting, fit, done)], key=lambda a: -a.gain)
     if not fit.terms and done and strain(setting, done[0].fit) > _STRAINED * len(fit.vector):
         report("trying from the given rig")
         starts = _from_home(setting, fit, effects)
-        done += _heated(setting, fit, [_attempt(setting, fit, s, _HOME_ROUNDS) for s in starts])
-    done = [a for a in _best_of_each(done) if not broken_counts(a.term, setting.samples)]
+        done += heated(setting, fit, [carried_on(setting, fit, s, _HOME_ROUNDS) for s in starts])
+    done = [a for a in best_of_each(done) if not broken_counts(a.term, setting.samples)]
     return Round(
         fit, (*named, *shapes, *waves),
         tuple(a for a in done if is_named(a.term) and not at_its_limit(a, done)),
@@ -158,80 +158,6 @@ def _from_home(setting: Setting, fit: Fit, effects: Sequence[Effect]) -> list[Fi
     home = unstrained(setting, fit)
     named = score_effects(ground_at(setting, home), effects)[:_TRIED]
     return [first_look(setting, home, s)[1] for s in named]
-
-
-def _heated(setting: Setting, fit: Fit, done: list[Attempt]) -> list[Attempt]:
-    """More rounds for the more hopeful ones, the best first."""
-    for rounds, hope, most, anew in _HEATS:
-        done.sort(key=lambda a: -a.gain)
-        least = max(hope * done[0].gain, 5.0) if done else 0.0
-        done = [
-            _attempt(setting, fit, a.fit, rounds, anew=anew) if i < most and a.gain > least else a
-            for i, a in enumerate(done)
-        ]
-    return sorted(done, key=lambda a: -a.gain)
-
-
-def _retuned(setting: Setting, fit: Fit, done: list[Attempt]) -> list[Attempt]:
-    """Hopeful resonances at their best frequency, the best attempts first."""
-    least = max(_RETUNED * max((a.gain for a in done), default=0.0), NEEDED)
-    done = [
-        _attempted(fit, retuned(setting, a.fit)) if resonates(a.term) and a.gain > least else a
-        for a in done
-    ]
-    return sorted(done, key=lambda a: -a.gain)
-
-
-def _tightened(setting: Setting, fit: Fit, done: Sequence[Attempt]) -> list[Attempt]:
-    """The most hopeful names begun again with the usual noise.
-
-    A torque that is slow and large follows what is missing, and holds no number in its place: a
-    descent ends anywhere. Under little noise all numbers are told, from far away too.
-    """
-    again = []
-    noise = replace(fit.noise, **_usual_where_unusual(fit.noise))
-    for attempt in [a for a in done if is_named(a.term)][:_TIGHT]:
-        there = attempt.fit
-        for _ in range(_TIGHTENINGS):
-            here = added(setting, fit, there.terms[-1])
-            start = evaluate(setting, here.vector, here.terms, noise, here.starts, here.motions)
-            there = descend_jointly(setting, start, limit=_TIGHT_ROUNDS, enough=2.0, only=None)
-            again.append(_attempted(fit, there))
-    return again
-
-
-def _best_of_each(done: Sequence[Attempt]) -> list[Attempt]:
-    """Attempts by criterion, the best of each candidate only."""
-    best: dict[str, Attempt] = {}
-    for attempt in sorted(done, key=lambda a: -a.criterion):
-        best.setdefault(attempt.term.id, attempt)
-    return list(best.values())
-
-
-def _attempt(setting: Setting, fit: Fit, start: Fit, rounds: int, *, anew: bool = False) -> Attempt:
-    begin = with_new_motions(setting, start) if anew else start
-    only = TORQUES if rounds > _FIRST_ROUNDS and _unusual(fit.noise) else SIZES
-    done = descend_jointly(setting, begin, limit=rounds, enough=2.0, only=only)
-    return _attempted(fit, start if done.value > start.value else done)
-
-
-def _unusual(noise: NoiseModel) -> bool:
-    """Whether a torque is so slow or fast that it may be what is missing, not noise."""
-    return bool(_usual_where_unusual(noise))
-
-
-def _usual_where_unusual(noise: NoiseModel) -> dict[str, float]:
-    """Usual sizes and correlation times of the torques that are slow or fast."""
-    usual, found = NoiseModel(), {}
-    for disc in ("u", "l"):
-        size, time = f"torque_{disc}", f"tau_{disc}"
-        if abs(math.log(getattr(noise, time) / getattr(usual, time))) > _UNUSUAL:
-            found |= {name: getattr(usual, name) for name in (size, time)}
-    return found
-
-
-def _attempted(before: Fit, fit: Fit) -> Attempt:
-    return Attempt(fit, fit.terms[-1], before.value - fit.value, before.bic - fit.bic)
 
 
 def _base(
@@ -282,8 +208,8 @@ def find(
 def _restated(first: Round, fit: Fit) -> Round:
     """The first round when a term that was found later does better without what was found first."""
     term = fit.terms[-1]
-    named = _best_of_each(
-        [_attempted(first.before, fit), *(a for a in first.named if a.term.id != term.id)]
+    named = best_of_each(
+        [attempted(first.before, fit), *(a for a in first.named if a.term.id != term.id)]
     )
     return replace(first, named=tuple(named))
 
