@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drill_env.diagnosis.belief import UNLISTED, belief_in, probabilities, standings
+from drill_env.diagnosis.belief import UNLISTED, belief_in, probabilities, rivals, standings
 from drill_env.diagnosis.rounds import Attempt, Found, Round
 from drill_env.diagnosis.terms import Named, Shape, Term
 from drill_env.effects import LIBRARY
@@ -68,6 +68,24 @@ def test_what_explains_less_than_two_names_together_is_no_rival_of_theirs():
     assert told[shape.id][0] < 1e-6 and told[shape.id][1] == pytest.approx(3000.0)
     assert told["gear_compliance"][1] == pytest.approx(50.0)
     assert told["actuator_lag"][0] == pytest.approx(belief_in(found, "actuator_lag"))
+
+
+def test_a_name_has_even_odds_where_fitted_recordings_ask_for_something_else():
+    """Held-out recordings kept the name; both were said with near certainty."""
+    shape = Shape("upper_torque_of_omega_u", "upper", "omega_u", "torque", (0.0, 1.0), unused)
+    first = a_round([500.0])
+    first = replace(
+        first,
+        before=SimpleNamespace(bic=0.0),
+        shapes=(Attempt(None, shape_term(shape), 2e3, 2e3),),
+    )
+    second = a_round([600.0])
+    final = SimpleNamespace(bic=-500.0, terms=(first.named[0].term,))
+    found = Found(None, None, (first, second), final)
+    assert probabilities(second)["actuator_lag"] > 0.9
+    assert belief_in(found, "actuator_lag") == pytest.approx(0.5, abs=0.01)
+    told = {name: chance for name, chance, _ in rivals(found, found.rounds, {"actuator_lag"})}
+    assert told[shape.id] == pytest.approx(0.5, abs=0.01)
 
 
 def unused(rig, motion):

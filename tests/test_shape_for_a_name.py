@@ -33,10 +33,12 @@ def judged(value: float, error: float) -> Judged:
     [
         (500.0, 0.8, True),  # more likely, not by a third, but nearer throughout
         (500.0, 0.95, False),  # hardly nearer
-        (415.0, 0.5, False),  # hardly more likely
+        (415.0, 0.85, False),  # hardly more likely
         (500.0, [0.5, 1.0], False),  # nearer on one disc alone
         (530.0, 1.2, True),  # as clearly as the fitted ones: no prediction is asked
-        (300.0, 0.5, False),
+        (300.0, 0.85, False),
+        (300.0, 0.75, True),  # nearer by a fifth: likelihood is not asked
+        (300.0, [0.5, 0.85], False),  # on one disc alone
     ],
 )
 def test_held_out_recordings_prefer_the_shape(monkeypatch, gain, error, taken):

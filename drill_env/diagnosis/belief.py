@@ -99,10 +99,25 @@ def _shares(evidence: dict[str, float], names: Sequence[str]) -> dict[str, float
 
 
 def belief_in(found: Found, name: str) -> float:
-    """Probability of an effect that was found, beside the other one where there is one."""
+    """Probability of an effect that was found, beside the other one where there is one.
+
+    At most even odds are left to it where the first round asked for something that is not in the
+    final fit: fitted recordings speak for the one, held-out recordings for the other.
+    """
     if name in found.contests:
-        return _shares(found.contests[name], list(found.contests[name]))[name]
-    return max((probabilities(r).get(name, 0.0) for r in found.rounds), default=1.0)
+        own = _shares(found.contests[name], list(found.contests[name]))[name]
+    else:
+        own = max((probabilities(r).get(name, 0.0) for r in found.rounds), default=1.0)
+    return min(own, 1.0 - 0.5 * _elsewhere(found))
+
+
+def _elsewhere(found: Found) -> float:
+    """Probability that the first round gives to what is not in the final fit."""
+    if not found.rounds:
+        return 0.0
+    present = {term.id for term in found.final.terms}
+    told = standings(found, found.rounds[0])
+    return sum(chance for name, (chance, _) in told.items() if name not in present)
 
 
 def _warmth(most: float) -> float:
@@ -190,4 +205,6 @@ def rivals(
         return []
     told = standings(found, rounds[0])
     order = sorted(told, key=lambda name: told[name][1])
-    return [(name, *told[name]) for name in order if name not in chosen]
+    named = [t.id for t in found.final.terms if t.id in told and t.id in chosen]
+    left = 1.0 - belief_in(found, named[0]) if named and not found.given_up else 1.0
+    return [(n, min(told[n][0], left), told[n][1]) for n in order if n not in chosen]

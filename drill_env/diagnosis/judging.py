@@ -22,8 +22,8 @@ _NEARER = 0.97
 _LOST = "missed_counts"
 # Errors of 5 s predictions that are less than this many times as large are hardly worse.
 _WORSE = 1.05
-# And less than this many times, nearer throughout.
-_BETTER = 0.9
+# And less than this many times, nearer throughout, or so much nearer that likelihood is not asked.
+_BETTER, _FAR_BETTER = 0.9, 0.8
 
 
 def _gain(before: Sequence[Judged], after: Sequence[Judged]) -> float:
@@ -35,7 +35,9 @@ def _named_or_not(
 ) -> tuple[Found, tuple[Judged, ...]]:
     """A free shape takes the place of a name only if held-out recordings prefer it too.
 
-    Either as clearly as the fitted ones, or plainly and with all predictions nearer.
+    Either as clearly as the fitted ones, or plainly and with all 5 s predictions nearer, or by
+    predictions that are nearer by a fifth: where other recordings go further than the fitted ones,
+    a shape's ends cost likelihood.
     """
     after = tuple(judge(s, found.setting, found.final) for s in held)
     if found.nameless is None:
@@ -47,6 +49,7 @@ def _named_or_not(
         other = tuple(judge(s, found.setting, shaped) for s in held)
         gain = _gain(before, other)
         better = gain > named + NEEDED and _as_near(after, other, _BETTER)
+        better = better or _as_near(after, other, _FAR_BETTER)
         if not held or not found.final.terms or gain > wanted or better:
             return replace(found, final=shaped, contests={}), other
     return replace(found, nameless=None, refuted=None), after
