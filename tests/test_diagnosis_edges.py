@@ -121,7 +121,8 @@ def test_what_was_found_is_no_rival_and_what_was_given_up_asks_for_no_recording(
         None, (),  # type: ignore[arg-type]
         attempts(("unbalance", 900.0), ("brake_runout", 897.0), ("whirl_drag", 895.0)), (),
     )  # fmt: skip
-    told = rivals([first], {"unbalance", "brake_runout"})
+    found = found_of(first, "unbalance", "brake_runout")
+    told = rivals(found, [first], {"unbalance", "brake_runout"})
     assert [name for name, *_ in told] == ["whirl_drag"]
     pair = _confused(found_of(first, "unbalance", "brake_runout"))
     assert pair is not None and [a.term.id for a in pair] == ["unbalance", "whirl_drag"]
