@@ -32,14 +32,6 @@ runs 11 of 198 names whose probability among the candidates was near 1 stood in 
 three of those are told since.
 """
 
-LEAST_FORM = 0.015
-"""Relative standard deviation of every number that is no angle, for its formula's sake.
-
-A law of the library is not the rig's to the last digit, and every rig has a little of what no law
-tells: on the opened cases of the proof's eighth and ninth runs numbers that noise alone told to
-half a per cent were off by one or two.
-"""
-
 _Z = 1.959964
 
 
@@ -155,7 +147,7 @@ def numbers_of(fit: Fit, term: Term, scale: float = 0.0) -> dict[str, Number]:
     out = {}
     for p, value, s in zip(term.source.effect.parameters, term.q, deviation, strict=True):
         s = math.hypot(s, scale * value) if "Nm" in p.unit else s
-        s = math.hypot(s, max(p.form, LEAST_FORM) * value) if p.role != "phase" else s
+        s = math.hypot(s, p.form * value) if p.role != "phase" else s
         out[p.name] = Number(float(value), float(value - _Z * s), float(value + _Z * s), p.unit)
     return out
 

@@ -32,6 +32,7 @@ EFFECT = Effect(
             ),
             low=0.2,
             high=100.0,
+            form=0.0,
         ),
     ),
     formula="-runout cos(order theta_l + phase) T_fl",

@@ -45,6 +45,7 @@ EFFECT = Effect(
             ),
             low=0.0,
             high=100000.0,
+            form=0.0,
         ),
     ),
     formula="-step T_fl after time",

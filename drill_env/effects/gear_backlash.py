@@ -47,6 +47,7 @@ EFFECT = Effect(
             ),
             low=0.5,
             high=200.0,
+            form=0.003,
         ),
         FRICTION_SHARE,
         DAMPING,

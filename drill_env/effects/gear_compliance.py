@@ -33,6 +33,7 @@ EFFECT = Effect(
             ),
             low=0.1,
             high=200.0,
+            form=0.003,
         ),
         MOTOR_SHARE,
         FRICTION_SHARE,

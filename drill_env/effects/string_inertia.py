@@ -61,6 +61,7 @@ EFFECT = Effect(
             ),
             low=0.3,
             high=100.0,
+            form=0.0,
         ),
         shape("damping", "1", (0.02,), low=0.0005, high=2.0),
     ),

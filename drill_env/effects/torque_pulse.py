@@ -54,6 +54,7 @@ EFFECT = Effect(
             ),
             low=0.0,
             high=100000.0,
+            form=0.0,
         ),
         shape(
             "duration",

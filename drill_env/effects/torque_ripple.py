@@ -55,6 +55,7 @@ EFFECT = Effect(
             ),
             low=1.5,
             high=500.0,
+            form=0.0,
         ),
     ),
     formula="torque cos(order theta_u + phase)",

@@ -40,6 +40,7 @@ EFFECT = Effect(
             ),
             low=0.005,
             high=200.0,
+            form=0.0,
         ),
     ),
     formula="torque cos(2 pi frequency t + phase)",
