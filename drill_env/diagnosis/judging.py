@@ -99,7 +99,12 @@ def _given_up(found: Found, held: Sequence[Samples]) -> tuple[Found, tuple[Judge
 
 
 def _as_near(alone: Sequence[Judged], after: Sequence[Judged], times: float = _WORSE) -> bool:
-    """Whether the errors of 5 s predictions of all that is read are below so many times those."""
+    """Whether the errors of 5 s predictions of all that is read are below so many times those.
+
+    Where nothing was held out, nothing was predicted.
+    """
+    if not after:
+        return False
     pairs = [(rms(after, "short", i), rms(alone, "short", i)) for i in range(2)]
     read = [(a, b) for a, b in pairs if math.isfinite(b)]
     return bool(read) and all(a < times * b for a, b in read)
