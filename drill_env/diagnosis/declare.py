@@ -11,7 +11,8 @@ from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.diagnosis.shapes import TURN
 from drill_env.diagnosis.slips import Slips
-from drill_env.diagnosis.terms import Shape, Term
+from drill_env.diagnosis.strikes import Once, Strike, outline
+from drill_env.diagnosis.terms import Shape, Source, Term
 from drill_env.diagnosis.waves import Wave, one_period, period_of
 from drill_env.parameters import SYMBOLS, Rig
 
@@ -52,6 +53,9 @@ def declaration(term: Term) -> dict[str, Any]:
 
 def _continued(shape: Shape, q: FloatArray) -> tuple[list[float], list[float]]:
     """The shape's table with its straight continuation over once more its range on both sides."""
+    if isinstance(shape, Strike):
+        times, torques = outline(shape, q)
+        return times.tolist(), torques.tolist()
     x, y = np.array(shape.knots), q
     if shape.depends_on.startswith("theta"):
         # Of a way shorter than a turn the ends are joined where it never comes.
@@ -71,7 +75,7 @@ def extended_rig(rig: Rig, terms: Sequence[Term]) -> Rig:
     effects = list(rig.effects)
     # Levels come before the asymmetries that lie within them.
     for term in sorted(terms, key=lambda t: SYMBOLS.index(_own(t)) if _own(t) else -1):
-        if isinstance(term.source, Slips):
+        if _single(term.source):
             continue
         own = _own(term)
         try:
@@ -83,6 +87,13 @@ def extended_rig(rig: Rig, terms: Sequence[Term]) -> Rig:
         else:
             rig = given
     return rig.replace(effects=tuple(effects))
+
+
+def _single(source: Source) -> bool:
+    """Whether it stands for events of one recording."""
+    if isinstance(source, Strike):
+        return source.times is not None
+    return isinstance(source, (Slips, Once))
 
 
 def _own(term: Term) -> str:

@@ -12,6 +12,7 @@ from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.result import FoundShape, Located
 from drill_env.diagnosis.shapes import COORDINATES, TURN, comes_round
 from drill_env.diagnosis.slips import Slips
+from drill_env.diagnosis.strikes import Strike, outline
 from drill_env.diagnosis.terms import Shape, Term
 from drill_env.diagnosis.waves import Wave, formula_of, one_period
 
@@ -135,6 +136,8 @@ def describe(term: Term) -> FoundShape | None:
         return FoundShape(along, "torque", formula_of(term), 1.0, x.tolist(), y.tolist())
     if not isinstance(term.source, Shape) or isinstance(term.source, Slips):
         return None
+    if isinstance(term.source, Strike):
+        return _struck(term.source, term.q)
     x, y = np.array(term.source.knots), term.q
     best = ("constant", 0.0)
     name = term.source.depends_on
@@ -145,6 +148,14 @@ def describe(term: Term) -> FoundShape | None:
     return FoundShape(
         term.source.depends_on, term.source.sort, best[0], best[1], x.tolist(), y.tolist()
     )
+
+
+def _struck(strike: Strike, q: FloatArray) -> FoundShape:
+    x, y = outline(strike, q)
+    formula = f"{float(q[0]):.3g} from {strike.begin:.4g} to {strike.end:.4g} s"
+    if strike.times is not None:
+        formula += " of one recording"
+    return FoundShape("time", strike.sort, formula, 1.0, x.tolist(), y.tolist())
 
 
 def _formulas(name: str, x: FloatArray, y: FloatArray, turning: bool) -> list[tuple[str, float]]:

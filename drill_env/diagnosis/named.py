@@ -11,10 +11,12 @@ from drill_env._types import FloatArray
 from drill_env.diagnosis.belief import belief_in, chance, changes, numbers_of, probabilities
 from drill_env.diagnosis.faults import Fault
 from drill_env.diagnosis.law import LawFit
+from drill_env.diagnosis.locate import label_of
 from drill_env.diagnosis.offered import is_parameter
 from drill_env.diagnosis.result import NamedEffect, Number
 from drill_env.diagnosis.rounds import Found, Round, is_named, place_of
 from drill_env.diagnosis.slips import Slips
+from drill_env.diagnosis.strikes import Once
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 
@@ -49,7 +51,7 @@ def named_effects(
             NamedEffect(
                 effect.id, effect.component, belief_in(found, term.id),
                 numbers_of(found.final, term, scale),
-                effect.formula, effect.meaning, list(effect.aliases),
+                effect.formula, _meaning(found, term.source), list(effect.aliases),
             )
         )  # fmt: skip
     for fault in faults:
@@ -61,6 +63,14 @@ def named_effects(
         )
     # What the rig's own model has comes before physics beyond it.
     return sorted(effects, key=lambda effect: not is_parameter(effect.id))
+
+
+def _meaning(found: Found, source: Named) -> str:
+    meaning = source.effect.meaning
+    if not isinstance(source, Once):
+        return meaning
+    times = [id(motion.t) for motion in found.final.motions]
+    return f"{meaning.removesuffix('.')}, in {label_of(found.setting, times.index(source.times))}."
 
 
 def _stands_aside(found: Found, term: Term) -> bool:

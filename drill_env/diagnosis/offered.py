@@ -17,6 +17,8 @@ from drill_env.parameters import SYMBOLS, Rig
 # Speed (rad/s) up to which the paper's rig is driven, for which the library's grids are made.
 _USUAL_SPEED = 4.0
 _ROWS = 20
+# Way (rad) of a pendulum over which its torque is no straight line.
+_SWING = 1.0
 # An asymmetry lies within the level that it is an asymmetry of.
 _LEVELS = {"dTsu": "Tsu", "dbu": "bu"}
 # A lone axis reverses, where friction may also be less than the Coulomb friction beside it; with a
@@ -48,11 +50,12 @@ def offered_effects(
         rig: where to start.
         free: its free parameters; an effect that is a parameter of the rig is offered where the
             rig lacks that, so where it is 0 and held.
-        samples: recordings. An axis that never makes a turn has no effect that repeats with one.
+        samples: recordings. An axis that never makes a turn has no effect that repeats with one,
+            but for a pendulum, which needs to swing no further than where its torque bends.
         leave_out: ids that are not wanted.
     """
     alone = rig.inertias == 1
-    short = alone and all(not _turns(s) for s in samples)
+    way = max((_travel(s) for s in samples), default=0.0)
     scale = max(_speed(s) for s in samples) / _USUAL_SPEED if alone else 1.0
     return [
         _scaled(effect, scale) if alone else _one_sign(effect)
@@ -60,7 +63,7 @@ def offered_effects(
         if effect.id not in leave_out
         and (effect.equation == "upper" if alone else not effect.axis_only)
         and not (effect.stands_for and _has(rig, effect.stands_for, free))
-        and not (short and repeats(effect))
+        and not (alone and repeats(effect) and way < _least_way(effect))
     ]
 
 
@@ -108,6 +111,12 @@ def _speed(samples: Samples) -> float:
     return max(float(np.quantile(known, 0.99)) / seconds, 1e-9) if len(known) else _USUAL_SPEED
 
 
-def _turns(samples: Samples) -> bool:
+def _travel(samples: Samples) -> float:
+    """Way (rad) between the upper disc's ends."""
     theta = with_integrals(samples.recording).theta_u
-    return theta is not None and float(np.nanmax(theta) - np.nanmin(theta)) >= TURN
+    return 0.0 if theta is None else float(np.nanmax(theta) - np.nanmin(theta))
+
+
+def _least_way(effect: Effect) -> float:
+    """Way (rad) from which on an effect that repeats shows as such."""
+    return _SWING if effect.id == "upper_unbalance" else TURN

@@ -10,6 +10,7 @@ import numpy as np
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.scan import Scored
 from drill_env.diagnosis.slips import Slips
+from drill_env.diagnosis.strikes import Once
 from drill_env.diagnosis.terms import Named, Shape, Term
 from drill_env.diagnosis.waves import Wave
 
@@ -129,6 +130,9 @@ def in_its_place(first: Round, second: Round) -> Attempt | None:
     if not first.named or second.best is None:
         return None
     name = first.named[0]
+    # What happened once may happen again, and at the same place.
+    if isinstance(name.term.source, Once):
+        return None
     left = second.shapes[0] if nameless(second) else (*second.named, second.best)[0]
     place = place_of(name.term)
     needed = max(NEEDED_BESIDE, _LEFT_AT_ITS_PLACE * name.criterion)

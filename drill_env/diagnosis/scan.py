@@ -170,12 +170,23 @@ def score_effects(ground: Ground, effects: Iterable[Effect]) -> list[Scored]:
 
 def score_shapes(ground: Ground, shapes: Iterable[Shape]) -> list[Scored]:
     """The best numbers of each free shape, best first."""
-    scored = []
-    for shape in shapes:
-        term = Term(shape, np.zeros(shape.size))
-        q, gain = _sizes(*_moments(ground, [term]))
-        scored.append(Scored(Term(shape, q), gain / ground.dispersion))
+    scored = [s for shape in shapes for s in scored_together(ground, [shape])]
     return sorted(scored, key=lambda s: -s.gain)
+
+
+def scored_together(ground: Ground, shapes: Sequence[Shape]) -> list[Scored]:
+    """The best numbers of each of some free shapes, in their order, told in one pass."""
+    if not shapes:
+        return []
+    terms = [Term(shape, np.zeros(shape.size)) for shape in shapes]
+    score, g, raw = _moments(ground, terms)
+    scored, begin = [], 0
+    for shape in shapes:
+        part = slice(begin, begin + shape.size)
+        q, gain = _sizes(score[part], g[part, part], raw[part])
+        scored.append(Scored(Term(shape, q), gain / ground.dispersion))
+        begin = part.stop
+    return scored
 
 
 def information_of(ground: Ground, terms: Sequence[Term]) -> FloatArray:

@@ -44,6 +44,7 @@ from drill_env.diagnosis.rounds import (
 from drill_env.diagnosis.scan import Scored, score_effects, score_shapes
 from drill_env.diagnosis.shapes import come_round, free_shapes
 from drill_env.diagnosis.slips import broken_counts, slips
+from drill_env.diagnosis.strikes import Strike, faint, named_strikes, score_strikes
 from drill_env.diagnosis.terms import Shape
 from drill_env.diagnosis.waves import Wave, free_waves, score_waves
 from drill_env.diagnosis.within import within_filter
@@ -109,11 +110,13 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     shapes = score_shapes(ground, free_shapes(fit.motions, fit.rig.inertias))
     price = np.log(fit.count)
     waves = score_waves(ground, _waves_of(fit, effects))
+    strikes = score_strikes(ground)
     wanted = {effect.id for effect in effects}
     found = [pair for pair in (slips(ground, 0), slips(ground, 1)) if pair is not None]
     lost = [(term, gain) for term, gain in found if term.id in wanted]
     wide, wide_shapes = _LATER_WIDTHS if fit.terms else _WIDTHS
-    likely = (*named[:wide], *shapes[:wide_shapes], *waves)
+    struck = named_strikes(ground, strikes, effects)
+    likely = (*named[:wide], *shapes[:wide_shapes], *waves, *strikes, *struck)
     hopeful = [s for s in likely if s.gain - s.numbers * price > -_SLACK]
     hopeful += [Scored(term, gain) for term, gain in lost if gain - len(term.q) * price > 0.0]
     done: list[Attempt] = []
@@ -128,23 +131,26 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
         report("trying from the given rig")
         starts = _from_home(setting, fit, effects)
         done += heated(setting, fit, [carried_on(setting, fit, s, _HOME_ROUNDS) for s in starts])
-    done = [a for a in best_of_each(done) if not broken_counts(a.term, setting.samples)]
+    done = [a for a in best_of_each(done) if not faint(a.term, a.gain)]
+    done = [a for a in done if not broken_counts(a.term, setting.samples)]
     return Round(
-        fit, (*named, *shapes, *waves),
+        fit, (*named, *shapes, *waves, *strikes),
         tuple(a for a in done if is_named(a.term) and not at_its_limit(a, done)),
         tuple(a for a in done if not is_named(a.term) and not rigs_own(a)),
     )  # fmt: skip
 
 
 def _starts(setting: Setting, fit: Fit, hopeful: Sequence[Scored]) -> list[Fit]:
-    """Where the candidates of most promise start: names, functions of a coordinate and waves."""
+    """Where the candidates of most promise start: names, shapes, waves and strikes."""
     looked = sorted((first_look(setting, fit, s) for s in hopeful), key=lambda pair: -pair[0])
     starts = [start for _, start in looked]
     names = [start for start in starts if is_named(start.terms[-1])]
     free = [start for start in starts if not is_named(start.terms[-1])]
     waves = [start for start in free if isinstance(start.terms[-1].source, Wave)]
+    strikes = [start for start in free if isinstance(start.terms[-1].source, Strike)]
     shapes = [start for start in free if isinstance(start.terms[-1].source, Shape)]
-    return [*names[:_TRIED], *shapes[:_TRIED_SHAPES], *waves[:_TRIED_WAVES]]
+    shapes = [start for start in shapes if start not in strikes]
+    return [*names[:_TRIED], *shapes[:_TRIED_SHAPES], *waves[:_TRIED_WAVES], *strikes[:1]]
 
 
 def _waves_of(fit: Fit, effects: Sequence[Effect]) -> list[Wave]:

@@ -62,7 +62,7 @@ def _verdict(result: DiagnosisResult) -> str:
         return "Nothing is missing, but parameters of the rig differ from those given."
     if result.verdict == "unexplained":
         return "Something is missing that the library has no name for."
-    names = " and ".join(effect.id for effect in result.effects)
+    names = " and ".join(dict.fromkeys(effect.id for effect in result.effects))
     return f"Physics is missing from the model: {names}."
 
 

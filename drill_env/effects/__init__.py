@@ -54,6 +54,7 @@ from drill_env.effects.upper_offset import EFFECT as _upper_offset
 from drill_env.effects.upper_presliding import EFFECT as _upper_presliding
 from drill_env.effects.upper_quadratic_drag import EFFECT as _upper_quadratic_drag
 from drill_env.effects.upper_stribeck import EFFECT as _upper_stribeck
+from drill_env.effects.upper_unbalance import EFFECT as _upper_unbalance
 from drill_env.effects.upper_viscous import EFFECT as _upper_viscous
 from drill_env.effects.wear import EFFECT as _wear
 from drill_env.effects.whirl_drag import EFFECT as _whirl_drag
@@ -112,6 +113,7 @@ _ALL = (
     _upper_asymmetry,
     _upper_friction_lag,
     _upper_presliding,
+    _upper_unbalance,
 )
 
 LIBRARY = MappingProxyType({effect.id: effect for effect in _ALL})

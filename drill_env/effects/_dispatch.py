@@ -51,6 +51,7 @@ from drill_env.effects.upper_offset import upper_offset
 from drill_env.effects.upper_presliding import upper_presliding
 from drill_env.effects.upper_quadratic_drag import upper_quadratic_drag
 from drill_env.effects.upper_stribeck import upper_stribeck
+from drill_env.effects.upper_unbalance import upper_unbalance
 from drill_env.effects.upper_viscous import upper_viscous
 from drill_env.effects.wear import wear
 from drill_env.effects.whirl_drag import whirl_drag
@@ -109,6 +110,7 @@ ORDER = (
     "upper_asymmetry",
     "upper_friction_lag",
     "upper_presliding",
+    "upper_unbalance",
 )
 """The number of an effect is its place here."""
 
@@ -222,3 +224,5 @@ def respond(code, p, q, m, s, out):
         upper_friction_lag(p, q, m, s, out)
     elif code == 52:
         upper_presliding(p, q, m, s, out)
+    elif code == 53:
+        upper_unbalance(p, q, m, s, out)

@@ -13,6 +13,7 @@ from drill_env.diagnosis.locate import label_of
 from drill_env.diagnosis.rounds import NEEDED, NEEDED_BESIDE
 from drill_env.diagnosis.sentences import CONFUSED
 from drill_env.diagnosis.slips import Slips
+from drill_env.diagnosis.strikes import Strike
 from drill_env.report._diagnosis_rows import (
     effect_rows,
     error_rows,
@@ -74,8 +75,8 @@ def diagnosis_page(found: Diagnosis) -> str:
 
 
 def _laws(seen: list[Evidence]) -> list[dict[str, Any]]:
-    # Counts lost at single moments are a function of no coordinate.
-    lasting = [e for e in seen if not isinstance(e.term.source, Slips)]
+    # What happened at single moments is a function of no coordinate.
+    lasting = [e for e in seen if not isinstance(e.term.source, (Slips, Strike))]
     return [
         {"id": e.term.id, "figure": law_figure(e, i), "senses": e.senses}
         for i, e in enumerate(lasting)

@@ -1,0 +1,32 @@
+"""The upper disc, or what the axis carries, is out of balance: a pendulum."""
+
+from math import cos
+
+from drill_env._jit import kernel
+from drill_env.effects._effect import Effect, amplitude, phase
+
+
+@kernel
+def upper_unbalance(p, q, m, s, out):
+    """torque cos(theta_u + phase)."""
+    out.torque_u += q[0] * cos(s.theta_u + q[1])
+
+
+EFFECT = Effect(
+    id="upper_unbalance",
+    component="upper",
+    equation="upper",
+    depends_on="theta_u",
+    parameters=(
+        amplitude("torque", "Nm", 0.02, most=1e5, signed=False),
+        phase(),
+    ),
+    formula="torque cos(theta_u + phase)",
+    meaning="The upper disc, or what the axis carries, is out of balance (a pendulum).",
+    kernel=upper_unbalance,
+    neighbours=(
+        "encoder_eccentricity_upper",
+        "gear_eccentricity",
+    ),
+    axis_only=True,
+)
