@@ -38,7 +38,9 @@ def judged(value: float, error: float) -> Judged:
         (530.0, 1.2, True),  # as clearly as the fitted ones: no prediction is asked
         (300.0, 0.85, False),
         (300.0, 0.75, True),  # nearer by a fifth: likelihood is not asked
-        (300.0, [0.5, 0.85], False),  # on one disc alone
+        (300.0, [0.5, 0.99], True),  # the other disc is within the noise already
+        (300.0, [0.5, 1.01], False),  # the other one is further
+        (300.0, [0.5, np.nan], False),
     ],
 )
 def test_held_out_recordings_prefer_the_shape(monkeypatch, gain, error, taken):
@@ -51,3 +53,5 @@ def test_held_out_recordings_prefer_the_shape(monkeypatch, gain, error, taken):
     assert after == (told[id(chosen.final)],)
     refuted, _ = judging._named_or_not(replace(found, refuted=NAMED), [judged(0.0, 3.0)], [1])
     assert refuted.final is SHAPED
+    # Without held-out recordings the fitted ones decide.
+    assert judging._named_or_not(found, [], [])[0].final is SHAPED

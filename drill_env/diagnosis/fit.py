@@ -17,8 +17,8 @@ from drill_env.identification.prediction_error import Trace
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
 
-# Sizes of free shapes: Nm at the discs, shares of the brake's and the drive's torque, rad of a
-# reading.
+# Sizes of free shapes: Nm at the discs of the paper's rig, shares of the brake's and the drive's
+# torque, rad of a reading.
 _USUAL_SHAPE = {
     "upper": 1.0, "lower": 0.03, "string": 0.03, "friction": 0.5, "drive": 0.3, "sensor": 0.1,
 }  # fmt: skip
@@ -101,7 +101,7 @@ def prior(
 ) -> tuple[FloatArray, FloatArray]:
     """Precisions of (coordinates, terms' numbers) and how far these are from their centres."""
     centre = setting.coordinates.vector(setting.coordinates.base)
-    stiff = [_stiffness(term) for term in terms]
+    stiff = [_stiffness(term, setting.coordinates.base) for term in terms]
     numbers = [-term.q for term in terms]
     return (
         np.concatenate([prior_weight(setting, centre), *stiff]),
@@ -109,13 +109,21 @@ def prior(
     )
 
 
-def _stiffness(term: Term) -> FloatArray:
+def _stiffness(term: Term, rig: Rig) -> FloatArray:
     """Precision of a term's numbers around 0: what the rig's own parameters can do, they do."""
     if not isinstance(term.source, Shape):
         return np.zeros(len(term.q))
     source = term.source
     usual = _USUAL_SHAPE.get(source.sort) or _USUAL_SHAPE[source.component]
+    if source.sort == "torque":
+        usual *= max(1.0, _times_the_papers(rig, source.component))
     return np.full(len(term.q), 1.0 / usual**2)
+
+
+def _times_the_papers(rig: Rig, component: str) -> float:
+    """How many times as heavy, or as stiff, a part behind the string is as the paper's."""
+    paper = Rig.paper()
+    return {"lower": rig.Jl / paper.Jl, "string": rig.ktheta / paper.ktheta}.get(component, 1.0)
 
 
 def prior_weight(setting: Setting, centre: FloatArray) -> FloatArray:

@@ -22,7 +22,7 @@ _NEARER = 0.97
 _LOST = "missed_counts"
 # Errors of 5 s predictions that are less than this many times as large are hardly worse.
 _WORSE = 1.05
-# And less than this many times, nearer throughout, or so much nearer that likelihood is not asked.
+# And less than this many times, nearer throughout, or one so much that likelihood is not asked.
 _BETTER, _FAR_BETTER = 0.9, 0.8
 
 
@@ -36,8 +36,8 @@ def _named_or_not(
     """A free shape takes the place of a name only if held-out recordings prefer it too.
 
     Either as clearly as the fitted ones, or plainly and with all 5 s predictions nearer, or by
-    predictions that are nearer by a fifth: where other recordings go further than the fitted ones,
-    a shape's ends cost likelihood.
+    predictions of which none is further and one is nearer by a fifth: where other recordings go
+    further than the fitted ones, a shape's ends cost likelihood.
     """
     after = tuple(judge(s, found.setting, found.final) for s in held)
     if found.nameless is None:
@@ -49,7 +49,7 @@ def _named_or_not(
         other = tuple(judge(s, found.setting, shaped) for s in held)
         gain = _gain(before, other)
         better = gain > named + NEEDED and _as_near(after, other, _BETTER)
-        better = better or _as_near(after, other, _FAR_BETTER)
+        better = better or _far_nearer(after, other)
         if not held or not found.final.terms or gain > wanted or better:
             return replace(found, final=shaped, contests={}), other
     return replace(found, nameless=None, refuted=None), after
@@ -103,11 +103,25 @@ def _as_near(alone: Sequence[Judged], after: Sequence[Judged], times: float = _W
 
     Where nothing was held out, nothing was predicted.
     """
+    shares = _shares(alone, after)
+    return bool(shares) and max(shares) < times
+
+
+def _far_nearer(alone: Sequence[Judged], after: Sequence[Judged]) -> bool:
+    """Whether of the 5 s predictions of all that is read none is further and one is far nearer.
+
+    What is within the noise already comes no nearer.
+    """
+    return _as_near(alone, after, 1.0) and min(_shares(alone, after)) < _FAR_BETTER
+
+
+def _shares(alone: Sequence[Judged], after: Sequence[Judged]) -> list[float]:
+    """Errors of 5 s predictions of what is read, over those of before."""
     if not after:
-        return False
+        return []
     pairs = [(rms(after, "short", i), rms(alone, "short", i)) for i in range(2)]
     read = [(a, b) for a, b in pairs if math.isfinite(b)]
-    return bool(read) and all(a < times * b for a, b in read)
+    return [a / b if b > 0.0 and math.isfinite(a) else math.inf for a, b in read]
 
 
 def judged(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -22,6 +23,8 @@ _FLANK = 0.1
 # Fall of minus twice the log likelihood that speaks for a strike: there are thousands of moments,
 # and at some of them a disc is released a little early or late.
 _SURE = 100.0
+# Share of it below which a first score is not worth a closer look.
+_HOPEFUL = 0.3
 # Durations in s; what takes longer is a torque of time, which other shapes tell.
 _DURATIONS = (0.1, 0.2, 0.4, 0.8, 1.6)
 # Moments of single recordings, and of all together, that get a score.
@@ -97,15 +100,12 @@ def score_strikes(ground: Ground) -> list[Scored]:
     """
     found = []
     for disc in range(ground.fit.rig.inertias):
-        moments = _moments_of(ground, disc)
-        best: Scored | None = None
-        for level in range(1 + _FINER):
-            scored = scored_together(ground, [_strike(disc, m) for m in moments])
-            best = max((*scored, *([best] if best else [])), key=lambda s: s.gain, default=None)
-            if best is None:
+        best = _best_of(ground, disc, _moments_of(ground, disc))
+        for level in range(_FINER):
+            if best is None or best.gain < _HOPEFUL * _SURE:
                 break
-            assert isinstance(best.term.source, Strike)
-            moments = _around(best.term.source, 0.5**level)
+            finer = _best_of(ground, disc, _around(_strike_of(best), 0.5**level))
+            best = max(best, finer or best, key=lambda s: s.gain)
         if best is not None:
             found.append(best)
     return sorted(found, key=lambda s: -s.gain)
@@ -115,25 +115,35 @@ def named_strikes(
     ground: Ground, strikes: Sequence[Scored], effects: Sequence[Effect]
 ) -> list[Scored]:
     """Strikes as the effect that the library has for them, where it has one."""
+    hopeful = [_strike_of(s) for s in strikes if s.gain > _HOPEFUL * _SURE]
+    named = [e for e in effects if e.id == _NAMED_AS]
     found = []
-    for effect in effects:
-        for scored in strikes:
-            strike = scored.term.source
-            assert isinstance(strike, Strike)
-            if effect.id != _NAMED_AS or strike.component != effect.component:
-                continue
-            source = Named(effect) if strike.times is None else Once(effect, times=strike.times)
-            begin, length = strike.begin, strike.end - strike.begin
-            unit = effect.parameters[0].grid[0]
-            points = [
-                source.bounded(np.array([unit, begin + shift * length, share * length]))
-                for share in _PLACES
-                for shift in (0.0, 0.5 * (1.0 - share), 1.0 - share)
-            ]
-            best = best_point(ground, source, points)
-            if best is not None:
-                found.append(Scored(best.term, best.gain / ground.dispersion))
+    for effect, strike in itertools.product(named, hopeful):
+        if strike.component != effect.component:
+            continue
+        source = Named(effect) if strike.times is None else Once(effect, times=strike.times)
+        begin, length = strike.begin, strike.end - strike.begin
+        usual = effect.parameters[0].grid[0]
+        points = [
+            source.bounded(np.array([usual, begin + shift * length, share * length]))
+            for share in _PLACES
+            for shift in (0.0, 0.5 * (1.0 - share), 1.0 - share)
+        ]
+        best = best_point(ground, source, points)
+        if best is not None:
+            found.append(Scored(best.term, best.gain / ground.dispersion))
     return found
+
+
+def _best_of(ground: Ground, disc: int, moments: Sequence[_Moment]) -> Scored | None:
+    scored = scored_together(ground, [_strike(disc, m) for m in moments])
+    return max(scored, key=lambda s: s.gain, default=None)
+
+
+def _strike_of(scored: Scored) -> Strike:
+    strike = scored.term.source
+    assert isinstance(strike, Strike)
+    return strike
 
 
 def _strike(disc: int, moment: _Moment) -> Strike:

@@ -121,6 +121,10 @@ class Effect:
         return vector
 
 
+HEAVIEST = 1e5
+"""Largest amplitude in Nm, Nm/rad and the like: rigs have any size, and N for Nm if linear."""
+
+
 def amplitude(
     name: str, unit: str, usual: float, *, most: float, signed: bool = True, form: float = FORM
 ) -> EffectParameter:

@@ -3,7 +3,7 @@
 from math import exp
 
 from drill_env._jit import kernel
-from drill_env.effects._effect import Effect, amplitude, shape
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
 from drill_env.effects._signal import against
 
 
@@ -23,7 +23,7 @@ EFFECT = Effect(
     equation="lower",
     depends_on="dwell time",
     parameters=(
-        amplitude("torque", "Nm", 0.003, most=1.0, signed=False),
+        amplitude("torque", "Nm", 0.003, most=HEAVIEST, signed=False),
         shape(
             "time_constant",
             "s",

@@ -3,7 +3,7 @@
 from math import cos, pi
 
 from drill_env._jit import kernel
-from drill_env.effects._effect import Effect, amplitude, phase, shape
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude, phase, shape
 
 
 @kernel
@@ -18,7 +18,7 @@ EFFECT = Effect(
     equation="lower",
     depends_on="time",
     parameters=(
-        amplitude("torque", "Nm", 0.0005, most=5.0, signed=False),
+        amplitude("torque", "Nm", 0.0005, most=HEAVIEST, signed=False),
         phase(),
         shape(
             "frequency",

@@ -1,7 +1,7 @@
 """The lower disc meets a drag that grows with the square of its speed."""
 
 from drill_env._jit import kernel
-from drill_env.effects._effect import Effect, amplitude
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude
 
 
 @kernel
@@ -15,7 +15,7 @@ EFFECT = Effect(
     component="lower",
     equation="lower",
     depends_on="omega_l",
-    parameters=(amplitude("coefficient", "Nm s^2/rad^2", 5e-05, most=0.1, signed=False),),
+    parameters=(amplitude("coefficient", "Nm s^2/rad^2", 5e-05, most=HEAVIEST, signed=False),),
     formula="-coefficient |omega_l| omega_l",
     meaning="The lower disc meets a drag that grows with the square of its speed.",
     kernel=quadratic_drag,

@@ -1,7 +1,7 @@
 """The string is stiffer in one direction."""
 
 from drill_env._jit import kernel
-from drill_env.effects._effect import Effect, amplitude
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude
 
 
 @kernel
@@ -17,7 +17,7 @@ EFFECT = Effect(
     component="string",
     equation="both",
     depends_on="twist",
-    parameters=(amplitude("coefficient", "Nm/rad", 0.002, most=1.0),),
+    parameters=(amplitude("coefficient", "Nm/rad", 0.002, most=HEAVIEST),),
     formula="-+coefficient |twist|",
     meaning="The string is stiffer in one direction.",
     kernel=string_asymmetry,

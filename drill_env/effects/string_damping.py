@@ -1,7 +1,7 @@
 """The string has damping of its own."""
 
 from drill_env._jit import kernel
-from drill_env.effects._effect import Effect, amplitude
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude
 
 
 @kernel
@@ -17,7 +17,7 @@ EFFECT = Effect(
     component="string",
     equation="both",
     depends_on="omega_u - omega_l",
-    parameters=(amplitude("damping", "Nm s/rad", 0.0005, most=1.0, signed=False),),
+    parameters=(amplitude("damping", "Nm s/rad", 0.0005, most=HEAVIEST, signed=False),),
     formula="-+damping (omega_u - omega_l)",
     meaning="The string has damping of its own.",
     kernel=string_damping,

@@ -1,7 +1,7 @@
 """The string stiffens with twist."""
 
 from drill_env._jit import kernel
-from drill_env.effects._effect import Effect, amplitude
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude
 
 
 @kernel
@@ -17,7 +17,7 @@ EFFECT = Effect(
     component="string",
     equation="both",
     depends_on="twist",
-    parameters=(amplitude("coefficient", "Nm/rad^3", 0.0001, most=1.0),),
+    parameters=(amplitude("coefficient", "Nm/rad^3", 0.0001, most=HEAVIEST),),
     formula="-+coefficient twist^3",
     meaning="The string stiffens with twist.",
     kernel=string_hardening,

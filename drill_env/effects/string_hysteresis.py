@@ -1,7 +1,7 @@
 """The string's torque depends on its past (Bouc-Wen)."""
 
 from drill_env._jit import kernel
-from drill_env.effects._effect import Effect, amplitude, shape
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
 
 
 @kernel
@@ -26,7 +26,7 @@ EFFECT = Effect(
     equation="both",
     depends_on="twist",
     parameters=(
-        amplitude("torque", "Nm", 0.002, most=1.0, signed=False),
+        amplitude("torque", "Nm", 0.002, most=HEAVIEST, signed=False),
         shape(
             "width",
             "rad",

@@ -1,7 +1,7 @@
 """Something struck the lower disc at one moment."""
 
 from drill_env._jit import kernel
-from drill_env.effects._effect import Effect, amplitude, shape
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
 
 
 @kernel
@@ -17,7 +17,7 @@ EFFECT = Effect(
     equation="lower",
     depends_on="time",
     parameters=(
-        amplitude("torque", "Nm", 0.005, most=5.0),
+        amplitude("torque", "Nm", 0.005, most=HEAVIEST),
         shape(
             "time",
             "s",

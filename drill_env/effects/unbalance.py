@@ -3,7 +3,7 @@
 from math import cos
 
 from drill_env._jit import kernel
-from drill_env.effects._effect import Effect, amplitude, phase
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude, phase
 
 
 @kernel
@@ -18,7 +18,7 @@ EFFECT = Effect(
     equation="lower",
     depends_on="theta_l",
     parameters=(
-        amplitude("torque", "Nm", 0.002, most=5.0, signed=False),
+        amplitude("torque", "Nm", 0.002, most=HEAVIEST, signed=False),
         phase(),
     ),
     formula="torque cos(theta_l + phase)",

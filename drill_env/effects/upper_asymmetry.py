@@ -1,7 +1,7 @@
 """The upper disc is damped more in one direction than in the other."""
 
 from drill_env._jit import kernel
-from drill_env.effects._effect import Effect, amplitude
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude
 
 
 @kernel
@@ -15,7 +15,7 @@ EFFECT = Effect(
     component="upper",
     equation="upper",
     depends_on="omega_u",
-    parameters=(amplitude("damping", "Nm s/rad", 0.02, most=1e5),),
+    parameters=(amplitude("damping", "Nm s/rad", 0.02, most=HEAVIEST),),
     formula="-damping |omega_u|",
     meaning="The upper disc is damped more in one direction than in the other.",
     kernel=upper_asymmetry,

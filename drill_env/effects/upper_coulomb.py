@@ -1,7 +1,7 @@
 """The upper disc rubs with a force that does not depend on speed."""
 
 from drill_env._jit import kernel
-from drill_env.effects._effect import Effect, amplitude
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude
 from drill_env.effects._signal import against
 
 
@@ -16,7 +16,7 @@ EFFECT = Effect(
     component="upper",
     equation="upper",
     depends_on="omega_u",
-    parameters=(amplitude("torque", "Nm", 0.1, most=1e5, signed=False),),
+    parameters=(amplitude("torque", "Nm", 0.1, most=HEAVIEST, signed=False),),
     formula="-sign(omega_u) torque",
     meaning="The upper disc rubs at every speed alike (Coulomb).",
     kernel=upper_coulomb,

@@ -3,7 +3,7 @@
 from math import cos, pi
 
 from drill_env._jit import kernel
-from drill_env.effects._effect import Effect, amplitude, phase, shape
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude, phase, shape
 
 
 @kernel
@@ -18,7 +18,7 @@ EFFECT = Effect(
     equation="upper",
     depends_on="time",
     parameters=(
-        amplitude("torque", "Nm", 0.02, most=5.0, signed=False),
+        amplitude("torque", "Nm", 0.02, most=HEAVIEST, signed=False),
         phase(),
         shape(
             "frequency",

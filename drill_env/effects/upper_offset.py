@@ -1,7 +1,7 @@
 """A constant torque acts on the upper disc, or its Coulomb friction differs with direction."""
 
 from drill_env._jit import kernel
-from drill_env.effects._effect import Effect, amplitude
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude
 
 
 @kernel
@@ -15,7 +15,7 @@ EFFECT = Effect(
     component="upper",
     equation="upper",
     depends_on="time",
-    parameters=(amplitude("torque", "Nm", 0.02, most=1e5),),
+    parameters=(amplitude("torque", "Nm", 0.02, most=HEAVIEST),),
     formula="-torque",
     meaning="A constant torque acts on the upper disc, or its Coulomb friction differs with "
     "direction, which is the same.",

@@ -3,7 +3,7 @@
 from math import exp
 
 from drill_env._jit import kernel
-from drill_env.effects._effect import Effect, amplitude, shape
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
 from drill_env.effects._signal import RESTING, left_over, sign
 
 
@@ -25,7 +25,7 @@ EFFECT = Effect(
     equation="upper",
     depends_on="theta_u",
     parameters=(
-        amplitude("torque", "Nm", 0.1, most=1e5, signed=False),
+        amplitude("torque", "Nm", 0.1, most=HEAVIEST, signed=False),
         shape(
             "distance",
             "rad",

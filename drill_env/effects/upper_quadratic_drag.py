@@ -1,7 +1,7 @@
 """The upper disc meets a drag that grows with the square of its speed."""
 
 from drill_env._jit import kernel
-from drill_env.effects._effect import Effect, amplitude
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude
 
 
 @kernel
@@ -15,7 +15,7 @@ EFFECT = Effect(
     component="upper",
     equation="upper",
     depends_on="omega_u",
-    parameters=(amplitude("coefficient", "Nm s^2/rad^2", 0.005, most=2.0, signed=False),),
+    parameters=(amplitude("coefficient", "Nm s^2/rad^2", 0.005, most=HEAVIEST, signed=False),),
     formula="-coefficient |omega_u| omega_u",
     meaning="The upper disc meets a drag that grows with the square of its speed.",
     kernel=upper_quadratic_drag,

@@ -1,7 +1,7 @@
 """The upper disc is damped in proportion to its speed."""
 
 from drill_env._jit import kernel
-from drill_env.effects._effect import Effect, amplitude
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude
 
 
 @kernel
@@ -15,7 +15,7 @@ EFFECT = Effect(
     component="upper",
     equation="upper",
     depends_on="omega_u",
-    parameters=(amplitude("damping", "Nm s/rad", 0.1, most=1e5, signed=False),),
+    parameters=(amplitude("damping", "Nm s/rad", 0.1, most=HEAVIEST, signed=False),),
     formula="-damping omega_u",
     meaning="The upper disc is damped in proportion to its speed (viscous).",
     kernel=upper_viscous,

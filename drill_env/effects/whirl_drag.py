@@ -1,7 +1,7 @@
 """Near a critical speed the string whirls, and its orbit drags."""
 
 from drill_env._jit import kernel
-from drill_env.effects._effect import Effect, amplitude, shape
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
 
 
 @kernel
@@ -19,7 +19,7 @@ EFFECT = Effect(
     equation="lower",
     depends_on="omega_l",
     parameters=(
-        amplitude("torque", "Nm", 0.0005, most=1.0, signed=False),
+        amplitude("torque", "Nm", 0.0005, most=HEAVIEST, signed=False),
         shape(
             "speed",
             "rad/s",
