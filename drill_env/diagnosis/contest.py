@@ -11,6 +11,7 @@ from drill_env.diagnosis.joint import LAST_ROUNDS, descend_jointly, polished
 from drill_env.diagnosis.moves import added, without
 from drill_env.diagnosis.rounds import NEEDED, Found, Round
 from drill_env.diagnosis.slips import Slips
+from drill_env.diagnosis.terms import Named, Term
 
 _TRY_ROUNDS, _RIVAL_ROUNDS = 6, 10
 # Of the round in which a term was found, tried again beside what was found later.
@@ -29,13 +30,14 @@ def contest(
 
     Returns:
         The fit with what won, and of each term but the last what it and its rivals gain beside
-        the others. A term without which the others do as well is gone.
+        the others. A term without which the others do as well, or that another one holds, is gone.
     """
     told: dict[str, dict[str, float]] = {}
     for place in range(len(fit.terms) - 1):
         start = without(setting, fit, place)
         fewer = descend_jointly(setting, start, limit=_TRY_ROUNDS, enough=1.0, only=None)
-        if fewer.bic - fit.bic < NEEDED:
+        held = _part_of_another(fit.terms, place) and fewer.bic < rounds[place + 1].before.bic
+        if fewer.bic - fit.bic < NEEDED or held:
             return fewer, {}
         present = {t.id for t in fit.terms}
         rivals = [a for a in rounds[place].named if a.term.id not in present][:_RIVALS]
@@ -55,6 +57,12 @@ def contest(
             fit = polished(setting, best)
         told[fit.terms[place].id] = gains
     return fit, told
+
+
+def _part_of_another(terms: Sequence[Term], place: int) -> bool:
+    """Whether a term is what another one is at its limit: a gear's spring is in its play."""
+    found = (t.source.effect for t in terms if isinstance(t.source, Named))
+    return any(effect.limit and effect.limit[1] == terms[place].id for effect in found)
 
 
 def trimmed(found: Found) -> Found:

@@ -35,7 +35,7 @@ from drill_env.diagnosis.result import (
     NamedEffect,
     Verdict,
 )
-from drill_env.diagnosis.rounds import NEEDED, Found, is_named
+from drill_env.diagnosis.rounds import BELIEVED, Found, is_named
 from drill_env.diagnosis.search import find
 from drill_env.diagnosis.sentences import sentences
 from drill_env.diagnosis.terms import Term
@@ -258,7 +258,7 @@ def _fit(
         "fitted": {
             "log_likelihood": {"before": -0.5 * base.value, "after": -0.5 * found.final.value},
             "criterion_gain": base.bic - found.final.bic,
-            "needed": NEEDED,
+            "needed": BELIEVED,
         }
     }
     if not held:

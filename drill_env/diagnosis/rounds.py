@@ -15,7 +15,10 @@ from drill_env.diagnosis.terms import Named, Shape, Term
 from drill_env.diagnosis.waves import Wave
 
 NEEDED = 20.0
-"""Gain of the information criterion below which an effect is not believed in."""
+"""Gain of the information criterion at which an effect is as likely as none."""
+
+BELIEVED = 30.0
+"""Gain below which nothing is believed in: a trace of what no library has is told as another."""
 
 NEEDED_BESIDE = 40.0
 """The same beside another effect, whose formula need not be the rig's to the last digit."""

@@ -29,6 +29,7 @@ from drill_env.diagnosis.ground import ground_at
 from drill_env.diagnosis.joint import descend_jointly, polished
 from drill_env.diagnosis.moves import unstrained, with_new_motions
 from drill_env.diagnosis.rounds import (
+    BELIEVED,
     NEEDED,
     NEEDED_BESIDE,
     Attempt,
@@ -234,7 +235,7 @@ def _sought(
     while len({term.id for term in here.terms}) < most and len(rounds) <= most:
         found = search(setting, here, effects, report)
         rounds.append(found)
-        best, needed = found.best, NEEDED_BESIDE if here.terms else NEEDED
+        best, needed = found.best, NEEDED_BESIDE if here.terms else BELIEVED
         if best is None or best.criterion < needed:
             break
         instead = in_its_place(rounds[-2], found) if here.terms else None

@@ -10,7 +10,7 @@ from jinja2 import Environment, PackageLoader
 from drill_env._types import FloatArray
 from drill_env.diagnosis.diagnose import Diagnosis
 from drill_env.diagnosis.locate import label_of
-from drill_env.diagnosis.rounds import NEEDED, NEEDED_BESIDE
+from drill_env.diagnosis.rounds import BELIEVED, NEEDED_BESIDE
 from drill_env.diagnosis.sentences import CONFUSED
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.strikes import Strike
@@ -66,7 +66,7 @@ def diagnosis_page(found: Diagnosis) -> str:
         new_law=any(effect.id == _LAW for effect in result.effects),
         effects=[effect_rows(e.parameters) for e in result.effects],
         rounds=[ranking_rows(r, final.terms, found.found.given_up) for r in found.found.rounds],
-        needed=number_text(NEEDED), beside=number_text(NEEDED_BESIDE),
+        needed=number_text(BELIEVED), beside=number_text(NEEDED_BESIDE),
         errors=error_rows(result), likelihoods=likelihood_rows(result), held=_held_out(found),
         added=bool(seen),
         open=[a.id for a in result.alternatives if a.probability >= CONFUSED],
