@@ -20,7 +20,17 @@ from drill_env.parameters import SYMBOLS
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Known:
-    """A recording with what a score needs of it."""
+    """A recording with what a score needs of it.
+
+    Attributes:
+        samples: as the filter reads them.
+        motion: along which terms are evaluated.
+        path: the filter's pass.
+        white: standardised innovations of the used readings, shape (k,).
+        used: which readings are, shape (n, readings).
+        nuisance: directions that are known: shared ones, then those of the starts, shape (k, m).
+        inner: inverse information of the starts alone.
+    """
 
     samples: Samples
     motion: Motion
@@ -28,7 +38,7 @@ class Known:
     white: FloatArray
     used: np.ndarray
     nuisance: FloatArray
-    solved: FloatArray
+    inner: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,13 +80,14 @@ def ground_at(setting: Setting, fit: Fit) -> Ground:
         # A start that is known moves nothing.
         gram += np.diag(1e-9 * np.diag(gram) + (np.diag(gram) == 0.0))
         shared_used = shared[used]
-        solved = np.asarray(np.linalg.solve(gram, own.T), dtype=np.float64)
-        shared_used = shared_used - own @ (solved @ shared_used)
+        unit = 1.0 / np.sqrt(np.diag(gram))
+        inner = np.linalg.inv(gram * np.outer(unit, unit)) * np.outer(unit, unit)
+        shared_used = shared_used - own @ (inner @ (own.T @ shared_used))
         white = path.rows["white"][used]
-        white = white - own @ (solved @ white)
+        white = white - own @ (inner @ (own.T @ white))
         pull = smoothed(given, fit.noise, path).pull
         return (
-            Known(given, motion, path, white, used, np.hstack([shared_used, own]), solved),
+            Known(given, motion, path, white, used, np.hstack([shared_used, own]), inner),
             pull,
         )
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from drill_env._types import BoolArray, FloatArray
 from drill_env.diagnosis.at_rest import best_at_rest
-from drill_env.diagnosis.extended import THREADS
+from drill_env.diagnosis.extended import THREADS, flat
 from drill_env.diagnosis.grids import around, grid_of
 from drill_env.diagnosis.ground import Ground, Known
 from drill_env.diagnosis.late import unread
@@ -66,11 +66,13 @@ def _moments(
         torques, errors = zip(*(_columns(t, rig, known.motion) for t in terms), strict=True)
         columns = slopes_of(
             known.samples, noise, known.path, np.concatenate(torques, 2), np.concatenate(errors, 2)
-        )[known.used]
-        own = known.nuisance[:, m:]
-        columns = columns - own @ (known.solved @ columns)
-        shared = known.nuisance[:, :m]
-        return columns.T @ known.white, columns.T @ columns, shared.T @ columns
+        )
+        columns = flat(columns, known.used)
+        # What the starts explain is taken out of the sums; `white` and the shared directions are
+        # free of it already.
+        sums = known.nuisance.T @ columns
+        shared, own = sums[:m], sums[m:]
+        return columns.T @ known.white, columns.T @ columns - own.T @ (known.inner @ own), shared
 
     with ThreadPoolExecutor(THREADS) as pool:
         parts = list(pool.map(one, told))

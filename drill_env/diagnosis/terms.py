@@ -181,7 +181,8 @@ class Term:
     def slopes_by(self, names: Sequence[str], rig: Rig, motion: Motion) -> FloatArray:
         """Derivatives of torques (Nm) by parameters of the rig, shape (n, 2, len(names))."""
         out = np.zeros((len(motion.t), 2, len(names)))
-        if not names:
+        # A plain free torque knows nothing of the rig.
+        if not names or (isinstance(self.source, Shape) and self.source.sort == "torque"):
             return out
         below = self.source.response(self.q, rig, motion)[0]
         for i, name in enumerate(names):
