@@ -80,13 +80,19 @@ type: $(READY_DEV)
 docs: $(READY_DEV)
 	$(BIN)/mkdocs build --quiet --strict
 
-# Fills numba's cache once; the parallel test processes would each compile on their own.
+# Fills numba's cache once; the parallel test processes would each compile on their own. The filter
+# takes as long as the rest, on another core.
 warm: $(READY)
+	$(BIN)/python -c "import numpy as n, drill_env as d; \
+	  from drill_env.recordings import Recording as R; \
+	  from drill_env.identification import prediction_error as e, samples as s, noise as m; \
+	  t = n.arange(0, 1, 0.01); r = s.prepare(R(t, t, t, t), d.Rig()); \
+	  e.path_of(r, d.Rig(), m.NoiseModel(), r.starts)" & filter=$$!; \
 	$(BIN)/python -c "import drill_env as d, drill_env.integrator as i; \
-	  i.simulate(d.Rig(), 3.5, 1.0, sensitivity=True)"
+	  i.simulate(d.Rig(), 3.5, 1.0, sensitivity=True)" && \
 	$(BIN)/python -c "import numpy as n, drill_env as d; from drill_env.integrator.extended import \
 	  run_extended as r; r(d.Rig(effects=({'id': 'unbalance', 'torque': 0.01, 'phase': 0.0},)), \
-	  n.linspace(0, 1, 11), n.ones(11), n.zeros(4))"
+	  n.linspace(0, 1, 11), n.ones(11), n.zeros(4))" && wait $$filter
 
 tests: $(READY_DEV) warm
 	$(BIN)/python -m pytest -q -n $(JOBS)
