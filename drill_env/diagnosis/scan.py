@@ -27,6 +27,8 @@ _DULL = 4.0
 _LEAST, _MOST = 0.3, 3.0
 # Share of a column's information that must be new; less is an alias of what is there.
 _ALIAS = 1e-5
+# And of one that the starts of a recording explain, what rounding leaves.
+_ROUNDING = 1e-9
 # Points of a grid that are scored at once, beyond which one recording chooses, and how many.
 _BLOCK, _MANY, _WORTH = 32, 13, (8, 12)
 
@@ -69,10 +71,14 @@ def _moments(
         )
         columns = flat(columns, known.used)
         # What the starts explain is taken out of the sums; `white` and the shared directions are
-        # free of it already.
-        sums = known.nuisance.T @ columns
-        shared, own = sums[:m], sums[m:]
-        return columns.T @ known.white, columns.T @ columns - own.T @ (known.inner @ own), shared
+        # free of it already. A column of which only rounding is left tells nothing.
+        sums, whole = known.nuisance.T @ columns, columns.T @ columns
+        own = sums[m:]
+        left = whole - own.T @ (known.inner @ own)
+        new = np.diag(left) > _ROUNDING * np.diag(whole)
+        return (
+            new * (columns.T @ known.white), np.outer(new, new) * left, new * sums[:m],
+        )  # fmt: skip
 
     with ThreadPoolExecutor(THREADS) as pool:
         parts = list(pool.map(one, told))
