@@ -81,7 +81,7 @@ docs: $(READY_DEV)
 	$(BIN)/mkdocs build --quiet --strict
 
 # Fills numba's cache once; the parallel test processes would each compile on their own. The filter
-# takes as long as the rest, on another core.
+# is compiled on another core meanwhile.
 warm: $(READY)
 	$(BIN)/python -c "import numpy as n, drill_env as d; \
 	  from drill_env.recordings import Recording as R; \
