@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drill_env.diagnosis.belief import UNLISTED, belief_in, probabilities, rivals, standings
+from drill_env.diagnosis.named import named_effects
 from drill_env.diagnosis.rounds import Attempt, Found, Round
 from drill_env.diagnosis.terms import Named, Shape, Term
 from drill_env.effects import LIBRARY
@@ -94,3 +95,18 @@ def unused(rig, motion):
 
 def shape_term(shape):
     return Term(shape, np.zeros(2))
+
+
+@pytest.mark.parametrize(
+    ("name", "told"), [("upper_viscous", True), ("upper_quadratic_drag", False)]
+)
+def test_beside_a_shape_at_its_place_only_a_parameter_keeps_its_name(name, told):
+    """EMPS without its viscous term: the rig had it again, and no name said so."""
+    shape = Shape("upper_torque_of_omega_u", "upper", "omega_u", "torque", (0.0, 1.0), unused)
+    named = [Term(Named(LIBRARY[n]), np.ones(1)) for n in (name, "actuator_lag")]
+    final = SimpleNamespace(
+        terms=(*named, shape_term(shape)), vector=np.zeros(1), information=np.eye(5), motions=()
+    )
+    found = Found(None, None, (), final)
+    ids = [effect.id for effect in named_effects(found, None, [], 0.0)]
+    assert ids == [*([name] if told else []), "actuator_lag"]

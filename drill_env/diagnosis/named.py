@@ -74,9 +74,13 @@ def _meaning(found: Found, source: Named) -> str:
 
 
 def _stands_aside(found: Found, term: Term) -> bool:
-    """Whether a term beside others is no name: improbable, or at the place of a free shape."""
+    """Whether a term beside others is no name: improbable, or at the place of a free shape.
+
+    A parameter that the rig lacked is its own name: the shape is then what comes on top of it.
+    """
     shapes = [place_of(t) for t in found.final.terms if not is_named(t)]
-    return place_of(term) in shapes or belief_in(found, term.id) < _NO_NAME
+    covered = place_of(term) in shapes and not is_parameter(term.id)
+    return covered or belief_in(found, term.id) < _NO_NAME
 
 
 def rounds_of(found: Found, chosen: str) -> Sequence[Round]:
