@@ -110,3 +110,14 @@ def test_beside_a_shape_at_its_place_only_a_parameter_keeps_its_name(name, told)
     found = Found(None, None, (), final)
     ids = [effect.id for effect in named_effects(found, None, [], 0.0)]
     assert ids == [*([name] if told else []), "actuator_lag"]
+
+
+def test_a_shape_that_stands_beside_a_parameter_is_no_rival_of_it():
+    """EMPS without its offset and asymmetry: the rig had the offset again, unnamed."""
+    shape = Shape("upper_torque_of_omega_u", "upper", "omega_u", "torque", (0.0, 1.0), unused)
+    offset = Term(Named(LIBRARY["upper_offset"]), np.ones(1))
+    beside = (Attempt(None, shape_term(shape), 2e3, 2e3),)
+    one = Round(SimpleNamespace(bic=0.0), (), (Attempt(None, offset, 450.0, 450.0),), beside)
+    for terms, chance in [((offset, shape_term(shape)), 1.0 - UNLISTED), ((offset,), 0.0)]:
+        found = Found(None, None, (one,), SimpleNamespace(bic=-2e3, terms=terms))
+        assert belief_in(found, "upper_offset") == pytest.approx(chance, abs=1e-6)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.offered import is_parameter
 from drill_env.diagnosis.result import Change, Number
 from drill_env.diagnosis.rounds import NEEDED, Found, Round, clearly
 from drill_env.diagnosis.terms import Shape, Term
@@ -99,8 +101,15 @@ def belief_in(found: Found, name: str) -> float:
     if name in found.contests:
         own = _shares(found.contests[name], list(found.contests[name]))[name]
     else:
-        own = max((probabilities(r).get(name, 0.0) for r in found.rounds), default=1.0)
+        rounds = [_as_asked(found, r) for r in found.rounds] if is_parameter(name) else found.rounds
+        own = max((probabilities(r).get(name, 0.0) for r in rounds), default=1.0)
     return min(own, 1.0 - 0.5 * _elsewhere(found))
+
+
+def _as_asked(found: Found, one: Round) -> Round:
+    """A round without the free shape that the final fit has: no rival of what the rig lacked."""
+    present = {term.id for term in found.final.terms}
+    return replace(one, shapes=tuple(a for a in one.shapes if a.term.id not in present))
 
 
 def _elsewhere(found: Found) -> float:

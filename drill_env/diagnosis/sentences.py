@@ -34,9 +34,10 @@ def sentences(
         lines += _located(result)
     lines += [_effect(effect) for effect in result.effects]
     if result.shape is not None:
+        what = "what these leave over" if result.effects else "it"
         lines.append(
-            f"No effect of the library explains it; its shape over {result.shape.coordinate} is "
-            f"{result.shape.formula} (this formula explains {result.shape.r2:.0%} of the shape)."
+            f"No effect of the library explains {what}; its shape over "
+            f"{result.shape.coordinate} is {result.shape.formula} (this formula explains {result.shape.r2:.0%} of the shape)."
         )
     if result.verdict == "unexplained" and result.shape is None:
         lines.append(
@@ -61,9 +62,13 @@ def _verdict(result: DiagnosisResult) -> str:
     if result.verdict == "parameters":
         return "Nothing is missing, but parameters of the rig differ from those given."
     if result.verdict == "unexplained":
-        return "Something is missing that the library has no name for."
-    names = " and ".join(dict.fromkeys(effect.id for effect in result.effects))
-    return f"Physics is missing from the model: {names}."
+        beside = f", beside {_names(result)}" if result.effects else ""
+        return f"Something is missing that the library has no name for{beside}."
+    return f"Physics is missing from the model: {_names(result)}."
+
+
+def _names(result: DiagnosisResult) -> str:
+    return " and ".join(dict.fromkeys(effect.id for effect in result.effects))
 
 
 def _located(result: DiagnosisResult) -> list[str]:
