@@ -34,10 +34,10 @@ def sentences(
         lines += _located(result)
     lines += [_effect(effect) for effect in result.effects]
     if result.shape is not None:
-        what = "what these leave over" if result.effects else "it"
+        what, shape = "what these leave over" if result.effects else "it", result.shape
         lines.append(
-            f"No effect of the library explains {what}; its shape over "
-            f"{result.shape.coordinate} is {result.shape.formula} (this formula explains {result.shape.r2:.0%} of the shape)."
+            f"No effect of the library explains {what}; its shape over {shape.coordinate} is "
+            f"{shape.formula} (this formula explains {shape.r2:.0%} of the shape)."
         )
     if result.verdict == "unexplained" and result.shape is None:
         lines.append(
