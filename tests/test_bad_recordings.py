@@ -162,6 +162,21 @@ def test_sizes_are_errors_only_against_a_given_rig(clean):
     assert screen(recording_of(c), rig) == ()
 
 
+def test_physics_that_may_be_missing_is_no_wrong_unit(clean):
+    """A blind maker's two flexible drives ran 0.54 times as fast as their rig files say."""
+    (c, rig), _ = clean
+    for times, code in ((2.2, "unit"), (4.0, None)):
+        recording = recording_of(c | {"u": times * c["u"]})
+        pytest.raises(InputError, screen, recording, rig).match("the given rig")
+        if code is None:
+            pytest.raises(InputError, screen, recording, rig, incomplete=True).match(
+                "the given rig"
+            )
+        else:
+            notes = screen(recording, rig, incomplete=True)
+            assert [note.code for note in notes] == [code]
+
+
 @pytest.mark.parametrize("kind", SIGNAL_KINDS)
 def test_clean_recordings_raise_no_alarm(kind):
     for seed in range(3):

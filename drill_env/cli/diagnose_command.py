@@ -164,7 +164,7 @@ def _recordings(
     if not found.fit:
         raise InputError(f"{fit[0]}: no recording to fit; give one the role fit")
     for recording in (*found.fit, *found.holdout):
-        for remark in screen(recording, rig):
+        for remark in screen(recording, rig, incomplete=True):
             warnings.warn(remark, stacklevel=1)
     return found
 

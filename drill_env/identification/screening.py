@@ -18,7 +18,7 @@ from drill_env._types import FloatArray
 from drill_env.identification.alternatives import angle_or_none, explained, find_alternative
 from drill_env.identification.drive import driven_rig
 from drill_env.identification.row_checks import check_rows
-from drill_env.identification.sizes import compare_encoders, compare_sizes
+from drill_env.identification.sizes import GIVEN, INCOMPLETE, compare_encoders, compare_sizes
 from drill_env.identification.torn import (
     LowerFit,
     Smoothed,
@@ -60,7 +60,7 @@ class _Case:
 
 
 def screen(
-    recording: Recording, rig: Rig | None = None, *, alone: bool = False
+    recording: Recording, rig: Rig | None = None, *, alone: bool = False, incomplete: bool = False
 ) -> tuple[RecordingWarning, ...]:
     """Refuse a recording that no rig can make, and remark what is doubtful.
 
@@ -70,6 +70,8 @@ def screen(
             it, too.
         alone: the upper disc was alone, as in stage 1, and theta_l says nothing. Without theta_l
             and this, a shifted voltage or one of another run cannot be told.
+        incomplete: physics may be missing from the rig: what is fitted in its place is off by as
+            much as a wrong unit is by, so less than three times as large is a remark and no error.
 
     Returns:
         The remarks; none for a sound recording.
@@ -79,15 +81,16 @@ def screen(
             encoders disagree in their units, or a size contradicts the given rig.
     """
     notes = findings(recording, rig, alone=alone)
+    sure = findings(recording, rig, alone=alone, most=INCOMPLETE) if incomplete and notes else notes
     fatal = FATAL if rig is None else (*FATAL, "unit", "clock")
-    for note in notes:
+    for note in sure:
         if note.code in fatal:
             raise InputError(str(note))
     return notes
 
 
 def findings(
-    recording: Recording, rig: Rig | None = None, *, alone: bool = False
+    recording: Recording, rig: Rig | None = None, *, alone: bool = False, most: float = GIVEN
 ) -> tuple[RecordingWarning, ...]:
     """What `screen` found, as remarks only: at most one by physics, the first that explains it.
 
@@ -100,6 +103,7 @@ def findings(
             velocity is looked at by the integral of that.
         rig: the rig if it is known.
         alone: the upper disc was alone; so, too, if the rig has one inertia.
+        most: times by which sizes may be off those of the rig, if it is known.
     """
     measured = recording
     recording = with_integrals(recording)
@@ -121,7 +125,7 @@ def findings(
     # Across a jump every derivative is wrong.
     if notes or recording.has_note("jump"):
         return tuple(notes)
-    found = _physics(recording, rig, alone)
+    found = _physics(recording, rig, alone, most)
     return () if found is None else (_as_recorded(found, measured),)
 
 
@@ -135,7 +139,9 @@ def _as_recorded(note: RecordingWarning, measured: Recording) -> RecordingWarnin
     return RecordingWarning(note.code, text)
 
 
-def _physics(recording: Recording, rig: Rig | None, alone: bool) -> RecordingWarning | None:
+def _physics(
+    recording: Recording, rig: Rig | None, alone: bool, most: float
+) -> RecordingWarning | None:
     if recording.theta_u is None:
         return _lower_alone(recording)
     s = smoothed(recording)
@@ -154,7 +160,7 @@ def _physics(recording: Recording, rig: Rig | None, alone: bool) -> RecordingWar
     # How much a Nm moves is another rig's, and no unit's.
     if found is None and (recording.drive == "voltage" or rig is not None):
         given = None if rig is None else driven_rig(rig, [recording])
-        found = compare_sizes(s, upper, lower, given)
+        found = compare_sizes(s, upper, lower, given, most)
     return None if found is None else case.note(*found)
 
 

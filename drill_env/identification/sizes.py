@@ -20,7 +20,12 @@ _VOLTAGE = {"in mV": (1e-3, "mV"), "in kV": (1e3, "kV")}
 _EXACT, _ROUGH = 1.25, 2.2
 # Rigs within 30 % of the paper's lie inside; a wrong unit, or counts times four, outside.
 _LOW, _HIGH = 0.42, 2.2
-_GIVEN = 1.8
+GIVEN = 1.8
+"""How far sizes may be from a given rig's."""
+
+INCOMPLETE = 3.0
+"""The same where physics may be missing from it, which bends what is fitted in its place."""
+
 _ENCODERS = 1.25
 
 
@@ -56,7 +61,7 @@ def compare_encoders(
 
 
 def compare_sizes(
-    s: Smoothed, upper: UpperFit, lower: LowerFit | None, rig: Rig | None
+    s: Smoothed, upper: UpperFit, lower: LowerFit | None, rig: Rig | None, most: float = GIVEN
 ) -> tuple[str, str] | None:
     """Clock, damping and drive against those of the given rig, or roughly of the paper's.
 
@@ -65,6 +70,7 @@ def compare_sizes(
         upper: fit of the upper disc.
         lower: fit of the lower disc, where there is one.
         rig: the rig if it is known.
+        most: times by which sizes may be off those of the given rig.
 
     Returns:
         Code and text of the remark, None if all sizes are usual or nothing is sure.
@@ -90,13 +96,13 @@ def compare_sizes(
         return None
     gain = drive / damping
     alike = 0.4 < pace / damping < 2.5 and (string or 0.4 < gain / pace < 2.5)
-    if alike and _is_off(damping, rig) and _is_off(pace, rig):
+    if alike and _is_off(damping, rig, most) and _is_off(pace, rig, most):
         return "clock", (
             f"everything runs {pace:.3g} times as fast as on {whose}; if it is not another rig, "
             "the clock is in another unit or at another rate than it says: --map t=t:UNIT"
         )
     same_side = (drive - 1.0) * (gain - 1.0) > 0.0 or not upper.drive.is_sure()
-    if _is_off(gain, rig) and same_side:
+    if _is_off(gain, rig, most) and same_side:
         text = f"a volt turns the upper disc {gain:.3g} times as fast as on {whose}"
         return "unit", f"{text}; {_named_common(gain)}"
     return None
@@ -108,8 +114,8 @@ def _nominal(rig: Rig | None) -> tuple[float, float, float]:
     return rig.km / rig.Ju, rig.bu / rig.Ju, rig.ktheta / rig.Jl
 
 
-def _is_off(ratio: float, rig: Rig | None) -> bool:
-    low, high = (_LOW, _HIGH) if rig is None else (1.0 / _GIVEN, _GIVEN)
+def _is_off(ratio: float, rig: Rig | None, most: float) -> bool:
+    low, high = (_LOW, _HIGH) if rig is None else (1.0 / most, most)
     return not low < ratio < high
 
 
