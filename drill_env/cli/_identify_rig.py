@@ -21,6 +21,7 @@ from drill_env.cli._common import (
     show,
     tell,
 )
+from drill_env.cli._recordings import look_over, read_set
 from drill_env.parameters import SYMBOLS, Rig, save_rig
 
 if TYPE_CHECKING:
@@ -165,26 +166,11 @@ def _fit(
 def _recordings(asked: RigFit, rig: Rig | None) -> RecordingSet:
     """The recordings, each looked over for signs, units and swapped columns."""
     from drill_env.identification.drive import torque_driven
-    from drill_env.identification.screening import screen
-    from drill_env.recordings import RecordingSet, parse_map, read_folder, read_recording
 
-    if len(asked.fit) == 1 and asked.fit[0].is_dir():
-        if asked.mapping:
-            raise InputError("--map does not go with a folder: put the columns in recordings.toml")
-        found = read_folder(asked.fit[0])
-    else:
-        columns = parse_map(asked.mapping)
-        groups = [
-            tuple(read_recording(path, columns, need=("u",)) for path in paths)
-            for paths in (asked.stage1, asked.fit, asked.holdout)
-        ]
-        found = RecordingSet(stage1=groups[0], fit=groups[1], holdout=groups[2])
-    if not found.fit:
-        raise InputError(f"{asked.fit[0]}: no recording to fit; give one the role fit")
+    found = read_set(asked.fit, asked.mapping, asked.holdout, asked.stage1)
     torque_driven([*found.stage1, *found.fit, *found.holdout])
+    look_over(found, rig)
     for recording in (*found.fit, *found.holdout):
-        for remark in screen(recording, rig):
-            warnings.warn(remark, stacklevel=1)
         if asked.options.method == "multiple_shooting" and found.of(recording).closed_loop:
             text = (
                 f"{recording.source}: closed loop; multiple shooting is biased by it, "

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import warnings
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -24,11 +23,11 @@ from drill_env.cli._common import (
     rig_from,
     stages,
 )
+from drill_env.cli._recordings import look_over, read_set
 from drill_env.parameters import Rig, save_rig
 
 if TYPE_CHECKING:
     from drill_env.diagnosis.diagnose import Diagnosis
-    from drill_env.recordings import RecordingSet
 
 
 class Law(StrEnum):
@@ -110,7 +109,8 @@ def diagnose_command(
         raise InputError(f"{rig}: diagnose starts from a rig without [[effects]]: remove them")
     # What the recordings look like is told before the minutes of work.
     with remarks():
-        recordings = _recordings(fit, holdout or [], mapping or [], None if rig is None else start)
+        recordings = read_set(fit, mapping or [], holdout or [])
+        look_over(recordings, None if rig is None else start, incomplete=True)
     with remarks(), progress_bar() as bar:
         report = stages(bar)
         found = diagnose(recordings.fit, start, recordings.holdout, options=options, report=report)
@@ -139,47 +139,6 @@ def _start(path: Path | None, law: Law | None) -> Rig:
     if law is Law.COULOMB:
         return start.replace(friction="coulomb", Tsl=0.05, bl=0.002)
     return start.replace(friction="stribeck", Tsl=0.08, T1=-0.05, beta1=0.3, bl=0.002)
-
-
-def _recordings(
-    fit: list[Path], holdout: list[Path], mapping: list[str], rig: Rig | None
-) -> RecordingSet:
-    from drill_env.identification.screening import screen
-    from drill_env.recordings import RecordingSet, parse_map, read_folder, read_recording
-
-    if len(fit) == 1 and fit[0].is_dir():
-        if mapping or holdout:
-            raise InputError(
-                "--map and --holdout do not go with a folder: use recordings.toml there"
-            )
-        found = read_folder(fit[0])
-    else:
-        _check_once([*fit, *holdout])
-        columns = parse_map(mapping)
-        parts = [
-            tuple(read_recording(path, columns, need=("u",)) for path in paths)
-            for paths in (fit, holdout)
-        ]
-        found = RecordingSet(fit=parts[0], holdout=parts[1])
-    if not found.fit:
-        raise InputError(f"{fit[0]}: no recording to fit; give one the role fit")
-    for recording in (*found.fit, *found.holdout):
-        for remark in screen(recording, rig, incomplete=True):
-            warnings.warn(remark, stacklevel=1)
-    return found
-
-
-def _check_once(paths: list[Path]) -> None:
-    """Raise where a file is given twice, or a folder among files."""
-    seen: set[Path] = set()
-    for path in paths:
-        if path.is_dir():
-            raise InputError(f"{path} is a folder: give one folder alone, or files")
-        if path.resolve() in seen:
-            raise InputError(
-                f"{path} is given twice: fit and judge by different recordings, each given once"
-            )
-        seen.add(path.resolve())
 
 
 def _write(found: Diagnosis, out: Path) -> None:

@@ -12,6 +12,7 @@ from drill_env._errors import InputError
 from drill_env.cli import recording_commands
 from drill_env.cli._common import SeveralHoldouts, tell_of_first_call
 from drill_env.cli.bifurcation_command import bifurcation_command
+from drill_env.cli.check_command import check_command
 from drill_env.cli.compare_command import compare_command
 from drill_env.cli.demo_command import demo_command
 from drill_env.cli.design_command import design_command
@@ -35,6 +36,7 @@ app.add_typer(rig_app, name="rig")
 app.command("bifurcation")(bifurcation_command)
 app.command("simulate")(simulate_command)
 app.command("signal")(signal_command)
+app.command("check")(check_command)
 recording_commands.register(app)
 app.command("compare")(compare_command)
 app.command("diagnose", cls=SeveralHoldouts)(diagnose_command)

@@ -10,7 +10,7 @@ import typer
 from drill_env.cli._common import JsonOption, RigOption, print_json, rig_from
 from drill_env.parameters import dump_rig
 
-rig_app = typer.Typer(help="Rig files: show and check.", no_args_is_help=True)
+rig_app = typer.Typer(help="Rig files: check one, show it or the paper's.", no_args_is_help=True)
 
 
 @rig_app.command("show")
@@ -21,7 +21,9 @@ def show(
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Print a rig file; the paper's rig by default. Redirect it to a file to start your own.
+    """Check a rig file and print it; the paper's rig by default.
+
+    Redirect it to a file to start your own.
 
     Example: drill-env rig show > rig.toml
     """

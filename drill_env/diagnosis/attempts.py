@@ -20,6 +20,8 @@ FIRST_ROUNDS = 2
 # Rounds more for candidates whose gain is not below this share of the best one's, and how many.
 # The last ones get motions that are told anew with the candidate in place.
 _HEATS = ((4, 0.3, 6, False), (6, 0.4, 3, True), (6, 0.5, 3, True))
+# A hopeless candidate that gained less than this rests.
+_MOVES = 1.0
 # Resonances are retuned if they gain this share of the best one.
 _HOPEFUL_RESONANCE = 0.5
 # Logarithm of a correlation time over the usual one from which on candidates get their own.
@@ -68,13 +70,15 @@ def attempted(before: Fit, fit: Fit) -> Attempt:
 
 def heated(setting: Setting, fit: Fit, done: list[Attempt]) -> list[Attempt]:
     """More rounds for the more hopeful ones, the best first."""
+    resting: set[str] = set()
     for rounds, hope, most, anew in _HEATS:
         done.sort(key=lambda a: -a.gain)
         least = max(hope * done[0].gain, 5.0) if done else 0.0
-        done = [
-            carried_on(setting, fit, a.fit, rounds, anew=anew) if i < most and a.gain > least else a
-            for i, a in enumerate(done)
-        ]
+        for i, a in enumerate(done[:most]):
+            if a.gain > least and a.term.id not in resting:
+                done[i] = after = carried_on(setting, fit, a.fit, rounds, anew=anew)
+                if after.criterion < NEEDED and after.gain < a.gain + _MOVES:
+                    resting.add(a.term.id)
     return sorted(done, key=lambda a: -a.gain)
 
 

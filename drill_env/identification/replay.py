@@ -224,9 +224,11 @@ def _notes(recording: Recording, rig: Rig) -> list[RecordingWarning]:
         )
         return [RecordingWarning("hidden_state", text)]
     if len(angles) == 1:
+        there = next(iter(angles))
+        other = "theta_l" if there == "theta_u" else "theta_u"
         text = (
-            f"{source}: only {next(iter(angles))} is recorded (columns: "
-            f"{', '.join(recording.columns)}; name another with --map theta_l=COLUMN); the "
+            f"{source}: of the two angles only {there} is recorded (columns: "
+            f"{', '.join(recording.columns)}; name the other with --map {other}=COLUMN); the "
             "string is taken as untwisted at the start, and nothing is restarted from the "
             "measured state"
         )

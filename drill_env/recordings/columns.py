@@ -166,13 +166,18 @@ def _parse(source: str, channel: Channel, text: str, found: Sequence[str]) -> Co
         raise InputError(missing_text(source, (name,), found).replace(f"{name}=", f"{channel}=", 1))
     if not unit:
         return Column(name)
-    counts = re.fullmatch(r"counts/(\d+(?:\.\d+)?(?:[eE]\d+)?)", unit)
-    if counts and channel in COUNTED and float(counts[1]) > 0:
-        turn = float(counts[1])
+    turn = counts_per_turn(unit)
+    if turn and channel in COUNTED:
         return Column(name, unit, 2.0 * math.pi / turn, turn if channel in ANGLES else None)
     if unit in UNITS[channel]:
         return Column(name, unit, UNITS[channel][unit])
     return Column(name, unit, _number(channel, text, unit))
+
+
+def counts_per_turn(unit: str) -> float | None:
+    """N of the unit ``counts/N``, None of any other."""
+    counts = re.fullmatch(r"counts/(\d+(?:\.\d+)?(?:[eE]\d+)?)", unit)
+    return (float(counts[1]) or None) if counts else None
 
 
 def _number(channel: Channel, text: str, unit: str) -> float:

@@ -12,7 +12,14 @@ from typing import Any, Literal, TypeAlias, cast, get_args
 
 from drill_env._errors import InputError
 from drill_env._types import PathLike
-from drill_env.recordings.columns import CHANNELS, COUNTED, UNITS, Channel, missing_text
+from drill_env.recordings.columns import (
+    CHANNELS,
+    COUNTED,
+    UNITS,
+    Channel,
+    counts_per_turn,
+    missing_text,
+)
 from drill_env.recordings.read import Missing, read_recording
 from drill_env.recordings.recording import Recording, RecordingWarning
 
@@ -230,7 +237,9 @@ def _check_counts(where: str, merged: Mapping[str, Any]) -> None:
                     f'{where}: units.{channel} is "{unit}" but counts_per_rev is not given; add it'
                 )
         elif unit not in UNITS[cast(Channel, channel)] and not _is_number(unit):
-            names = [*UNITS[cast(Channel, channel)], *([counted] if counted else [])]
+            if counted and counts_per_turn(unit):
+                continue
+            names = [*UNITS[cast(Channel, channel)], *([counted, "counts/N"] if counted else [])]
             raise InputError(
                 f"{where}: unknown unit {unit!r} of {channel}; known: {', '.join(names)}, or a "
                 "number to multiply by"
