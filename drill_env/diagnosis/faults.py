@@ -13,6 +13,7 @@ from drill_env.diagnosis.clock import FEWEST, stale_rows
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.terms import with_terms
 from drill_env.identification.prediction_error import path_of
+from drill_env.parameters import Rig
 from drill_env.recordings import Recording
 
 _CERTAIN = 8.0
@@ -21,6 +22,8 @@ _SLOWEST = 0.5
 _NOTABLE = 0.7
 # Share of the variance of times that the filter's own error adds to the product of innovations.
 _FORM = 0.04
+# Rigs within so many times of the paper's sizes are taken to have its encoders.
+_ALIKE = 1.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,12 +35,14 @@ class Fault:
         parameters: its sizes: name to (value, low, high, unit).
         score: standard deviations by which it stands out.
         text: one sentence.
+        sure: whether it is one; otherwise it may as well be how the rig was built.
     """
 
     id: str
     parameters: dict[str, tuple[float, float, float, str]]
     score: float
     text: str
+    sure: bool = True
 
 
 def find_faults(setting: Setting, fit: Fit) -> list[Fault]:
@@ -48,7 +53,11 @@ def find_faults(setting: Setting, fit: Fit) -> list[Fault]:
         fit: of the rig with what is known to be missing.
     """
     recordings = [s.recording for s in setting.samples]
-    found = [clock_jitter(setting, fit), _stale(recordings), _bits(recordings)]
+    found = [
+        clock_jitter(setting, fit),
+        _stale(recordings),
+        _bits(recordings, setting.coordinates.base),
+    ]
     return [fault for fault in found if fault is not None]
 
 
@@ -110,24 +119,38 @@ def _squared_runs(stale: BoolArray) -> float:
     return float(((edges[1::2] - edges[::2]) ** 2).sum())
 
 
-def _bits(recordings: Sequence[Recording]) -> Fault | None:
-    """One encoder counts in steps that are a power of two times the other's."""
-    steps = [
-        (r.quanta["theta_u"], r.quanta["theta_l"])
-        for r in recordings
-        if {"theta_u", "theta_l"} <= set(r.quanta)
-    ]
-    if not steps:
+def _bits(recordings: Sequence[Recording], rig: Rig) -> Fault | None:
+    """One encoder counts in steps that are a power of two times what it should count in.
+
+    That is by its stated counts a turn, where both are stated. Else it is by the other encoder,
+    which on the paper's rig is alike; on other rigs it need not be.
+    """
+    pairs = [r for r in recordings if {"theta_u", "theta_l"} <= set(r.quanta)]
+    if not pairs:
         return None
-    upper, lower = np.median(np.array(steps), axis=0)
+    steps = np.array([[r.quanta["theta_u"], r.quanta["theta_l"]] for r in pairs])
+    stated = all({"theta_u", "theta_l"} <= set(r.stated) for r in pairs)
+    if stated:
+        steps = steps / np.array([[r.stated["theta_u"], r.stated["theta_l"]] for r in pairs])
+    upper, lower = np.median(steps, axis=0)
     bits = math.log2(lower / upper)
     whole = round(bits)
     if whole == 0 or abs(bits - whole) > 0.02:
         return None
     which = "lower" if whole > 0 else "upper"
     count = float(abs(whole))
+    other = "the stated ones" if stated else "those of the other"
     return Fault(
         "lost_encoder_bits", {"bits": (count, count, count, "1")}, math.inf,
-        f"The {which} encoder counts in steps {2 ** abs(whole)} times those of the other: it has "
+        f"The {which} encoder counts in steps {2 ** abs(whole)} times {other}: it has "
         f"lost {abs(whole)} bit{'s' if abs(whole) > 1 else ''}, or is a coarser one.",
+        sure=stated or _as_in_the_paper(rig),
     )  # fmt: skip
+
+
+def _as_in_the_paper(rig: Rig) -> bool:
+    """Whether a rig is of the size of the paper's."""
+    paper = Rig.paper()
+    sizes = ("Ju", "Jl", "ktheta")
+    shares = [getattr(rig, name) / getattr(paper, name) for name in sizes]
+    return rig.inertias == 2 and all(1.0 / _ALIKE < share < _ALIKE for share in shares)

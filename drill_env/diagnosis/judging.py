@@ -11,6 +11,7 @@ from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import Judged, judge, rms
 from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.rounds import NEEDED, Found, clearly, is_named
+from drill_env.diagnosis.slips import Slips
 from drill_env.identification.samples import Samples
 
 # So many times the needed gain is plain evidence; by this share of it held-out recordings may lose.
@@ -19,7 +20,6 @@ _PLAIN, _HARMLESS = 3.0, 0.05
 _HELPS, _SHAPES = 2.0, 2
 # Share of the errors of 5 s predictions below which these speak for a name.
 _NEARER = 0.97
-_LOST = "missed_counts"
 # Errors of 5 s predictions that are less than this many times as large are hardly worse.
 _WORSE = 1.05
 # And less than this many times, nearer throughout, or one so much that likelihood is not asked.
@@ -69,7 +69,7 @@ def _shaped(found: Found) -> Iterator[Fit]:
 def _spoken_against(found: Found, before: Sequence[Judged], after: Sequence[Judged]) -> bool:
     """Whether held-out recordings are plainly less likely with the names that were found."""
     terms = found.final.terms
-    if not terms or any(not is_named(t) or t.id.startswith(_LOST) for t in terms):
+    if not terms or any(not is_named(t) or isinstance(t.source, Slips) for t in terms):
         return False
     shown = found.base.bic - found.final.bic
     nearer = any(rms(after, "short", i) < _NEARER * rms(before, "short", i) for i in range(2))
@@ -131,7 +131,7 @@ def judged(
     before = tuple(judge(s, base_setting, base) for s in held)
     found, after = _named_or_not(found, before, held)
     # Which counts will be lost in other recordings, lost counts do not tell.
-    while held and found.final.terms and not found.final.terms[-1].id.startswith(_LOST):
+    while held and found.final.terms and not isinstance(found.final.terms[-1].source, Slips):
         fewer = trimmed(found)
         alone = tuple(judge(s, fewer.setting, fewer.final) for s in held)
         gain = _gain(alone, after)

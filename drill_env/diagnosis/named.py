@@ -54,7 +54,7 @@ def named_effects(
                 effect.formula, _meaning(found, term.source), list(effect.aliases),
             )
         )  # fmt: skip
-    for fault in faults:
+    for fault in (f for f in faults if f.sure):
         numbers = {k: Number(*v) for k, v in fault.parameters.items()}
         effects.append(
             NamedEffect(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -79,9 +80,10 @@ def read_recording(
     torque = values.pop("torque", None)
     if torque is not None:
         values["u"] = torque
+    counted = {name: 2.0 * math.pi / c.turn for name, c in columns.items() if c.turn}
     return Recording(
         **values, drive="voltage" if torque is None else "torque", extra=extra,
-        constants=table.constants, quanta=quanta, source=source,
+        constants=table.constants, quanta=quanta, stated=counted, source=source,
         columns=(*found, *table.constants), notes=tuple(notes),
     )  # fmt: skip
 

@@ -60,6 +60,7 @@ class Recording:
         extra: other numeric columns as they stand in the file, each of shape (n,).
         constants: single numbers in the file, such as a drive gain.
         quanta: encoder step of each angle where one is visible, rad.
+        stated: encoder step of each angle that was given in counts, by the stated counts a turn.
         source: the file it came from.
         columns: all columns found in the file.
         notes: what the checks remarked.
@@ -75,6 +76,7 @@ class Recording:
     extra: Mapping[str, FloatArray] = field(default_factory=dict)
     constants: Mapping[str, float] = field(default_factory=dict)
     quanta: Mapping[str, float] = field(default_factory=dict)
+    stated: Mapping[str, float] = field(default_factory=dict)
     source: str = "recording"
     columns: tuple[str, ...] = ()
     notes: tuple[RecordingWarning, ...] = ()
