@@ -177,6 +177,32 @@ SMOOTH = {
         },
         lambda: scipy_run(lambda t, y: -0.2 * np.abs(y[0]), nothing),
     ),
+    "table of damping over time": (
+        {
+            "id": "table", "component": "upper", "depends_on": "time", "sort": "damping",
+            "knots": [0.0, 100.0], "values": [0.0, 2.0],
+        },
+        lambda: scipy_run(lambda t, y: -0.02 * t * y[1], nothing),
+    ),
+    "table of the string's damping": (
+        {
+            "id": "table", "component": "string", "depends_on": "twist", "sort": "damping",
+            "knots": [-10.0, 0.0, 10.0], "values": [0.01, 0.0, 0.01],
+        },
+        lambda: scipy_run(
+            lambda t, y: -1e-3 * np.abs(y[0]) * (y[1] - y[2]),
+            lambda t, y: 1e-3 * np.abs(y[0]) * (y[1] - y[2]),
+        ),
+    ),
+    "table of stiffness over time": (
+        {
+            "id": "table", "component": "string", "depends_on": "time", "sort": "stiffness",
+            "knots": [0.0, 100.0], "values": [0.0, 1.0],
+        },
+        lambda: scipy_run(
+            lambda t, y: -RIG.ktheta * 0.01 * t * y[0], lambda t, y: RIG.ktheta * 0.01 * t * y[0]
+        ),
+    ),
 }  # fmt: skip
 
 

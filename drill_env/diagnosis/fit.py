@@ -17,10 +17,11 @@ from drill_env.identification.prediction_error import Trace
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
 
-# Sizes of free shapes: Nm at the discs of the paper's rig, shares of the brake's and the drive's
-# torque, rad of a reading.
+# Sizes of free shapes: Nm (damping: Nm s/rad) at the discs of the paper's rig, shares of the
+# brake's, the drive's and the string's torque, rad of a reading.
 _USUAL_SHAPE = {
-    "upper": 1.0, "lower": 0.03, "string": 0.03, "friction": 0.5, "drive": 0.3, "sensor": 0.1,
+    "upper": 1.0, "lower": 0.03, "string": 0.03, "friction": 0.5, "drive": 0.3, "stiffness": 0.5,
+    "sensor": 0.1,
 }  # fmt: skip
 
 
@@ -115,7 +116,7 @@ def _stiffness(term: Term, rig: Rig) -> FloatArray:
         return np.zeros(len(term.q))
     source = term.source
     usual = _USUAL_SHAPE.get(source.sort) or _USUAL_SHAPE[source.component]
-    if source.sort == "torque":
+    if source.sort in ("torque", "damping"):
         usual *= max(1.0, _times_the_papers(rig, source.component))
     return np.full(len(term.q), 1.0 / usual**2)
 

@@ -90,7 +90,8 @@ class FoundShape:
     Attributes:
         coordinate: what it is a function of.
         sort: "torque" (Nm), "friction" (share of the brake's torque, or Nm at the upper disc),
-            "drive" (share of km u) or "error" (rad).
+            "drive" (share of km u), "damping" (Nm s/rad), "stiffness" (share of ktheta) or
+            "error" (rad).
         formula: shortest description that was found.
         r2: share of the shape's variance that the formula explains.
         knots: values of the coordinate.

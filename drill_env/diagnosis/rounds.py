@@ -9,6 +9,7 @@ import numpy as np
 
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.scan import Scored
+from drill_env.diagnosis.shapes import own_functions
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.strikes import Once
 from drill_env.diagnosis.terms import Named, Shape, Term
@@ -181,12 +182,8 @@ def rigs_own(attempt: Attempt) -> bool:
     source = attempt.term.source
     if not isinstance(source, Shape) or source.component != "upper" or source.sort != "torque":
         return False
-    knots, values = np.array(source.knots), attempt.term.q
-    if source.depends_on == "omega_u":
-        own = np.column_stack([np.ones_like(knots), np.sign(knots), knots, np.abs(knots)])
-    elif source.depends_on == "twist":
-        own = np.column_stack([np.ones_like(knots), knots])
-    else:
+    own, values = own_functions(source), attempt.term.q
+    if own is None:
         return False
     left = values - own @ np.linalg.lstsq(own, values, rcond=None)[0]
     return float(np.sqrt(np.mean(left**2))) < _OWN * attempt.fit.noise.torque_u

@@ -14,6 +14,7 @@ from drill_env.diagnosis.extended import THREADS, flat
 from drill_env.diagnosis.grids import around, grid_of
 from drill_env.diagnosis.ground import Ground, Known
 from drill_env.diagnosis.late import unread
+from drill_env.diagnosis.shapes import own_functions
 from drill_env.diagnosis.terms import Named, Shape, Term, corrected, late_disc
 from drill_env.effects import Effect
 from drill_env.effects.along import Motion
@@ -40,11 +41,13 @@ class Scored:
     Attributes:
         term: the candidate.
         gain: expected fall of minus twice the log likelihood.
+        own: what of that the rig's own parameters could do in its place.
         numbers: how many numbers it has.
     """
 
     term: Term
     gain: float
+    own: float = 0.0
 
     @property
     def numbers(self) -> int:
@@ -177,9 +180,9 @@ def score_effects(ground: Ground, effects: Iterable[Effect]) -> list[Scored]:
 
 
 def score_shapes(ground: Ground, shapes: Iterable[Shape]) -> list[Scored]:
-    """The best numbers of each free shape, best first."""
+    """The best numbers of each free shape, first those that do most that no parameter can."""
     scored = [s for shape in shapes for s in scored_together(ground, [shape])]
-    return sorted(scored, key=lambda s: -s.gain)
+    return sorted(scored, key=lambda s: s.own - s.gain)
 
 
 def scored_together(ground: Ground, shapes: Sequence[Shape]) -> list[Scored]:
@@ -192,9 +195,18 @@ def scored_together(ground: Ground, shapes: Sequence[Shape]) -> list[Scored]:
     for shape in shapes:
         part = slice(begin, begin + shape.size)
         q, gain = _sizes(score[part], g[part, part], raw[part])
-        scored.append(Scored(Term(shape, q), gain / ground.dispersion))
+        own = _own_gain(shape, score[part], g[part, part], raw[part])
+        scored.append(Scored(Term(shape, q), gain / ground.dispersion, own / ground.dispersion))
         begin = part.stop
     return scored
+
+
+def _own_gain(shape: Shape, score: FloatArray, g: FloatArray, raw: FloatArray) -> float:
+    """What the rig's own functions among those of a shape gain."""
+    own = own_functions(shape)
+    if own is None:
+        return 0.0
+    return _sizes(own.T @ score, own.T @ g @ own, np.diag(own.T @ np.diag(raw) @ own))[1]
 
 
 def information_of(ground: Ground, terms: Sequence[Term]) -> FloatArray:

@@ -59,7 +59,7 @@ from drill_env.parameters import Rig
 _RELEASE = 6.0
 # Effects and shapes that get a first look; a rig without what it lacks most scores badly.
 _WIDTHS, _LATER_WIDTHS = (12, 5), (7, 3)
-_TRIED, _TRIED_SHAPES, _TRIED_WAVES = 6, 2, 2
+_TRIED, _TRIED_SHAPES, _TRIED_WAVES = 6, 3, 2
 _BASE_ROUNDS = 25
 _HOME_ROUNDS = 5
 # Squared standard deviations a parameter above which a fitted rig counts as bent.
@@ -118,7 +118,7 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     wide, wide_shapes = _LATER_WIDTHS if fit.terms else _WIDTHS
     struck = named_strikes(ground, strikes, effects)
     likely = (*named[:wide], *shapes[:wide_shapes], *waves, *strikes, *struck)
-    hopeful = [s for s in likely if s.gain - s.numbers * price > -_SLACK]
+    hopeful = [s for s in likely if s.gain - s.own - s.numbers * price > -_SLACK]
     hopeful += [Scored(term, gain) for term, gain in lost if gain - len(term.q) * price > 0.0]
     done: list[Attempt] = []
     for start in _starts(setting, fit, hopeful):

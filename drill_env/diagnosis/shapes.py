@@ -119,6 +119,29 @@ def _rubbing(name: str, functions: Functions) -> Basis:
     return basis
 
 
+def _damping(name: str, functions: Functions) -> Basis:
+    def basis(rig: Rig, motion: Motion) -> tuple[FloatArray | None, FloatArray | None]:
+        values = -functions(_held(name, motion)) * middle(motion.states[:, 1])[:, None]
+        loads = np.zeros((len(values), 2, values.shape[1]))
+        loads[:, _UPPER] = values
+        return loads, None
+
+    return basis
+
+
+def _stretching(of_speed: bool, name: str, functions: Functions) -> Basis:
+    """The string's damping or stiffness."""
+
+    def basis(rig: Rig, motion: Motion) -> tuple[FloatArray | None, FloatArray | None]:
+        x, v, w = middle(motion.states[:, :3]).T
+        values = functions(_held(name, motion)) * (v - w if of_speed else rig.ktheta * x)[:, None]
+        loads = np.zeros((len(values), 2, values.shape[1]))
+        loads[:, _UPPER], loads[:, _LOWER] = -values, values
+        return loads, None
+
+    return basis
+
+
 def _misread(disc: int, name: str, functions: Functions) -> Basis:
     def basis(rig: Rig, motion: Motion) -> tuple[FloatArray | None, FloatArray | None]:
         values = functions(COORDINATES[name](motion))
@@ -139,14 +162,33 @@ _OFFERED: tuple[tuple[str, str, str, tuple[str, ...], _Maker], ...] = (
     ("drive", "actuator", "drive", ("time",), _driven),
     ("lower_friction", "lower", "friction", ("time", "theta_l", "twist"), _braking),
     ("upper_friction", "upper", "friction", ("time", "theta_u", "twist"), _rubbing),
+    ("upper_damping", "upper", "damping", ("time", "theta_u"), _damping),
     ("string_torque", "string", "torque", ("twist", "omega_u - omega_l"),
      partial(_plain, [(_UPPER, -1.0), (_LOWER, 1.0)])),
+    ("string_damping", "string", "damping", ("twist",), partial(_stretching, True)),
+    ("string_stiffness", "string", "stiffness", ("time", "theta_l"),
+     partial(_stretching, False)),
     ("error_u", "sensor", "error", ("theta_u", "time"), partial(_misread, _UPPER)),
     ("error_l", "sensor", "error", ("theta_l", "time"), partial(_misread, _LOWER)),
 )  # fmt: skip
 # What a rig of one inertia has of it.
-_OF_ONE = ("upper_torque", "upper_drive", "drive", "upper_friction", "error_u")
+_OF_ONE = ("upper_torque", "upper_drive", "drive", "upper_friction", "upper_damping", "error_u")
 _COORDINATES_OF_ONE = ("time", "voltage", "theta_u", "omega_u")
+
+
+def own_functions(shape: Shape) -> FloatArray | None:
+    """What of a shape the rig's own parameters can do, at its knots, shape (knots, functions).
+
+    They are held near the start, so a shape may score by standing in for one of them.
+    """
+    x, one = np.array(shape.knots), np.ones((shape.size, 1))
+    if shape.sort in ("drive", "friction", "damping", "stiffness"):
+        return one
+    if shape.sort == "torque" and shape.depends_on == "twist":
+        return np.column_stack([one, x])
+    if shape.sort == "torque" and shape.depends_on == "omega_u":
+        return np.column_stack([one, np.sign(x), x, np.abs(x)])
+    return None
 
 
 def comes_round(depends_on: str, knots: Sequence[float]) -> bool:

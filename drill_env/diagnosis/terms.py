@@ -107,8 +107,8 @@ class Shape:
         id: name in reports.
         component: where its torque acts.
         depends_on: the coordinate.
-        sort: "torque", "friction" (turned against the motion), "drive" (a share of km u) or
-            "error".
+        sort: "torque", "friction" (turned against the motion), "drive" (a share of km u),
+            "damping" (times a speed), "stiffness" (a share of the string's torque) or "error".
         knots: values of the coordinate at which its numbers are the function's values.
         basis: gives torques and errors of every number, each (n, 2, size), or None for none.
     """

@@ -19,8 +19,12 @@ TIME, VOLTAGE, THETA_U, THETA_L, TWIST, OMEGA_U, OMEGA_L = range(7)
 
 ACTIONS = (
     "torque_u", "torque_l", "string", "friction_u", "friction_l", "angle_u", "angle_l", "drive_u",
+    "damping_u", "damping", "stiffness",
 )  # fmt: skip
-TORQUE_U, TORQUE_L, STRING, FRICTION_U, FRICTION_L, ANGLE_U, ANGLE_L = range(7)
+(
+    TORQUE_U, TORQUE_L, STRING, FRICTION_U, FRICTION_L, ANGLE_U, ANGLE_L, DRIVE_U, DAMPING_U,
+    DAMPING,
+) = range(10)  # fmt: skip
 
 COORDINATE, ACTION, COUNT, PERIOD = range(4)
 
@@ -90,5 +94,11 @@ def tabulated(p, q, table, s, out):
         out.angle_u += value
     elif action == ANGLE_L:
         out.angle_l += value
-    else:
+    elif action == DRIVE_U:
         out.torque_u += p.km * s.u * value
+    elif action == DAMPING_U:
+        out.torque_u -= value * s.omega_u
+    else:
+        pull = value * (s.omega_u - s.omega_l if action == DAMPING else p.ktheta * s.twist)
+        out.torque_u -= pull
+        out.torque_l += pull

@@ -52,6 +52,9 @@ _ACTION = {
     ("lower", "friction"): "friction_l",
     ("actuator", "drive"): "drive_u",
     ("upper", "drive"): "drive_u",
+    ("upper", "damping"): "damping_u",
+    ("string", "damping"): "damping",
+    ("string", "stiffness"): "stiffness",
 }
 _TURN = 2.0 * math.pi
 _ENCODER = {"theta_u": "upper", "theta_l": "lower"}
@@ -185,7 +188,7 @@ def _action(entry: Mapping[str, Any]) -> str:
         raise InputError(
             f"table: component {component!r} with sort {sort!r}; give sort torque with actuator, "
             "upper, string or lower, friction with upper or lower, drive with actuator or upper, "
-            "or error with sensor"
+            "damping with upper or string, stiffness with string, or error with sensor"
         )
     return _ACTION[component, sort]
 
