@@ -1,9 +1,11 @@
 """Runs that go on in the middle of a motion remember what its effects had seen."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from drill_env.diagnosis.late import on_time
+from drill_env.diagnosis.late import on_time, telling
 from drill_env.effects.along import Motion
 from drill_env.effects.remembered import memories_along
 from drill_env.integrator.extended import run_extended, substep_counts
@@ -80,3 +82,16 @@ def test_late_readings_are_told_at_their_own_time(delay, disc):
     ends = np.where(lost < _T[1200], _T[1199], _T[-1])
     assert (lost + delay > ends).all()
     assert len(lost) == 2 * int(np.ceil(delay / 0.005 - 1e-9))
+
+
+def test_a_late_encoder_tells_each_reading_once():
+    """At half a sample rounding chose: readings counted twice, and a delay was named for it."""
+    t = np.arange(2000) * 4e-3
+    motion = Motion(t, np.zeros(len(t)), np.zeros((len(t), 6)), np.array([0]))
+    for delay in (0.006, 0.01, 0.01 + 1e-12, 0.0101):
+        rows = telling(motion, delay)[:-5]
+        assert set(np.diff(rows)) == {1}
+    lost = replace(motion, t=np.where(t < 4.0, t, t + 0.1))
+    rows = telling(lost, 0.01)
+    assert np.abs(lost.t[rows] - lost.t - 0.01)[lost.t < 3.9].max() < 0.0021
+    assert np.abs(lost.t[rows] - lost.t - 0.01)[lost.t > 4.2][:-5].max() < 0.0021

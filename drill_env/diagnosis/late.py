@@ -12,6 +12,9 @@ from drill_env.effects.along import Motion
 LATE = {"encoder_delay_upper": 0, "encoder_delay_lower": 1}
 """Effects that make a disc's readings late, and the disc."""
 
+# Samples by which a reading that tells of a time may be off it.
+_EVEN = 0.75
+
 
 def _windows(restarts: IntArray, n: int) -> list[slice]:
     edges = [*restarts.tolist(), n]
@@ -19,14 +22,21 @@ def _windows(restarts: IntArray, n: int) -> list[slice]:
 
 
 def telling(motion: Motion, delay: float) -> IntArray:
-    """The row nearest to a delay after each row, shape (n,)."""
+    """The row nearest to a delay after each row, shape (n,).
+
+    Where no row is lost it is as many rows later throughout: were halfway between two samples now
+    the one and now the other taken, some readings would count twice and tell too much.
+    """
     out = np.zeros(len(motion.t), dtype=np.int64)
     for rows in _windows(motion.restarts, len(motion.t)):
         t = motion.t[rows]
-        asked = t + delay
+        asked, usual = t + delay, float(np.median(np.diff(t))) if len(t) > 1 else 1.0
         after = np.clip(np.searchsorted(t, asked), 1, max(len(t) - 1, 1))
         before = asked - t[after - 1] < t[np.minimum(after, len(t) - 1)] - asked
-        out[rows] = rows.start + np.where(before, after - 1, after)
+        nearest = np.where(before, after - 1, after)
+        later = np.minimum(np.arange(len(t)) + round(delay / usual), len(t) - 1)
+        even = np.abs(t[later] - asked) < _EVEN * usual
+        out[rows] = rows.start + np.where(even, later, nearest)
     return out
 
 
@@ -35,8 +45,8 @@ def on_time(
 ) -> FloatArray:
     """What a late encoder says of each row's time, NaN where it would say it after the end.
 
-    The reading nearest to a delay later is taken; the motion bridges what is left, less than
-    half a sample. So it is the reading that tells where the disc was, and the motion, which may
+    The reading nearest to a delay later is taken; the motion bridges what is left, half a sample
+    or a little more. So it is the reading that tells where the disc was, and the motion, which may
     have been told with another delay, has no say in it.
 
     Args:
