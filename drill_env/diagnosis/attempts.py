@@ -11,7 +11,7 @@ from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.joint import SIZES, TORQUES, descend_jointly
 from drill_env.diagnosis.moves import added, with_new_motions
 from drill_env.diagnosis.resonance import resonates, retuned
-from drill_env.diagnosis.rounds import NEEDED, Attempt, is_named
+from drill_env.diagnosis.rounds import NEEDED, Attempt, Round, is_named
 from drill_env.identification.noise import NoiseModel
 
 FIRST_ROUNDS = 2
@@ -116,3 +116,10 @@ def best_of_each(done: Sequence[Attempt]) -> list[Attempt]:
     for attempt in sorted(done, key=lambda a: -a.criterion):
         best.setdefault(attempt.term.id, attempt)
     return list(best.values())
+
+
+def restated(first: Round, fit: Fit) -> Round:
+    """A round in which the last term of a fit does as well as it does there."""
+    term = fit.terms[-1]
+    named = [attempted(first.before, fit), *(a for a in first.named if a.term.id != term.id)]
+    return replace(first, named=tuple(best_of_each(named)))

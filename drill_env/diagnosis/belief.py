@@ -102,7 +102,8 @@ def belief_in(found: Found, name: str) -> float:
         own = _shares(found.contests[name], list(found.contests[name]))[name]
     else:
         rounds = [_as_asked(found, r) for r in found.rounds] if is_parameter(name) else found.rounds
-        own = max((probabilities(r).get(name, 0.0) for r in rounds), default=1.0)
+        told = (probabilities(r, found.given_up) for r in rounds)
+        own = max((chances.get(name, 0.0) for chances in told), default=1.0)
     return min(own, 1.0 - 0.5 * _elsewhere(found))
 
 

@@ -6,18 +6,22 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from drill_env.diagnosis.attempts import restated
 from drill_env.diagnosis.contest import trimmed
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import Judged, judge, rms
 from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.rounds import NEEDED, Found, clearly, is_named
 from drill_env.diagnosis.slips import Slips
+from drill_env.diagnosis.terms import Named
 from drill_env.identification.samples import Samples
 
 # So many times the needed gain is plain evidence; by this share of it held-out recordings may lose.
 _PLAIN, _HARMLESS = 3.0, 0.05
 # Gain above which held-out recordings ask for a term, and how many shapes are asked in turn.
 _HELPS, _SHAPES = 2.0, 2
+# Names of the first round that are tried in turn.
+_NAMES = 4
 # Share of the errors of 5 s predictions below which these speak for a name.
 _NEARER = 0.97
 # Errors of 5 s predictions that are less than this many times as large are hardly worse.
@@ -71,9 +75,39 @@ def _spoken_against(found: Found, before: Sequence[Judged], after: Sequence[Judg
     terms = found.final.terms
     if not terms or any(not is_named(t) or isinstance(t.source, Slips) for t in terms):
         return False
-    shown = found.base.bic - found.final.bic
     nearer = any(rms(after, "short", i) < _NEARER * rms(before, "short", i) for i in range(2))
-    return not nearer and _gain(before, after) < -max(NEEDED, _HARMLESS * shown)
+    return not nearer and _less_likely(found, before, after)
+
+
+def _less_likely(found: Found, before: Sequence[Judged], after: Sequence[Judged]) -> bool:
+    """Whether names make held-out recordings plainly less likely."""
+    shown = found.base.bic - found.final.bic
+    return _gain(before, after) < -max(NEEDED, _HARMLESS * shown)
+
+
+def _next_name(
+    found: Found, before: Sequence[Judged], after: tuple[Judged, ...], held: Sequence[Samples]
+) -> tuple[Found, tuple[Judged, ...]]:
+    """Another name of the first round in place of one that held-out recordings speak against.
+
+    They must be likelier with it than without, and the 5 s predictions as near as with the first.
+    It may have been carried on for too few rounds; else the first one counts as given up.
+    """
+    terms = found.final.terms
+    if len(terms) != 1 or not isinstance(terms[0].source, Named):
+        return found, after
+    if not _less_likely(found, before, after):
+        return found, after
+    for attempt in found.rounds[0].named[:_NAMES]:
+        if attempt.term.id == terms[0].id or attempt.criterion < _PLAIN * NEEDED:
+            continue
+        fit = polished(found.setting, attempt.fit)
+        other = tuple(judge(s, found.setting, fit) for s in held)
+        if _gain(before, other) > _HELPS and _as_near(after, other):
+            refuted = None if fit.bic < found.final.bic else found.final
+            rounds = (restated(found.rounds[0], fit), *found.rounds[1:])
+            return replace(found, final=fit, rounds=rounds, contests={}, refuted=refuted), other
+    return found, after
 
 
 def _given_up(found: Found, held: Sequence[Samples]) -> tuple[Found, tuple[Judged, ...]]:
@@ -130,6 +164,7 @@ def judged(
     """Judge before and after; a term that does not help on held-out recordings is dropped."""
     before = tuple(judge(s, base_setting, base) for s in held)
     found, after = _named_or_not(found, before, held)
+    found, after = _next_name(found, before, after, held)
     # Which counts will be lost in other recordings, lost counts do not tell.
     while held and found.final.terms and not isinstance(found.final.terms[-1].source, Slips):
         fewer = trimmed(found)

@@ -11,10 +11,10 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env.diagnosis.attempts import (
     FIRST_ROUNDS,
-    attempted,
     best_of_each,
     carried_on,
     heated,
+    restated,
     tightened,
     unusual,
     with_resonances_retuned,
@@ -207,18 +207,9 @@ def find(
     terms = len(here.terms)
     here, contests = contest(setting, here, rounds)
     if terms > len(here.terms) == 1:
-        rounds = [_restated(rounds[0], here)]
+        rounds = [restated(rounds[0], here)]
     here = within_filter(setting, here, report)
     return Found(setting, base, tuple(rounds), here, contests, shaped, refuted)
-
-
-def _restated(first: Round, fit: Fit) -> Round:
-    """The first round when a term that was found later does better without what was found first."""
-    term = fit.terms[-1]
-    named = best_of_each(
-        [attempted(first.before, fit), *(a for a in first.named if a.term.id != term.id)]
-    )
-    return replace(first, named=tuple(named))
 
 
 def _sought(

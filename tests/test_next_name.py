@@ -1,0 +1,58 @@
+"""Another name is tried where held-out recordings speak against the first one."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from drill_env.diagnosis import judging
+from drill_env.diagnosis.belief import belief_in
+from drill_env.diagnosis.rounds import Attempt, Found, Round
+from drill_env.diagnosis.terms import Named, Term
+from drill_env.effects import LIBRARY
+
+# Minus twice the log likelihood, and the error of 5 s predictions, of the held-out recording.
+ALONE = (0.0, 1.0)
+
+
+def fit_of(bic, *names):
+    terms = tuple(Term(Named(LIBRARY[n]), np.ones(1)) for n in names)
+    return SimpleNamespace(bic=bic, value=bic, terms=terms)
+
+
+def judged_by(monkeypatch, tries, *, carried):
+    """The search's answer after judging, each name's fit carried on to `carried[name]`."""
+
+    def judge(samples, setting, fit):
+        value, error = tries[fit.terms[0].id] if fit.terms else ALONE
+        nothing = np.zeros((4, 2))
+        return SimpleNamespace(value=value, short=nothing + error, free=nothing, measured=nothing)
+
+    monkeypatch.setattr(judging, "judge", judge)
+    monkeypatch.setattr(
+        judging, "polished", lambda setting, fit: fit_of(carried[fit.terms[0].id], fit.terms[0].id)
+    )
+    base, fits = fit_of(0.0), [fit_of(-800.0, "unbalance"), fit_of(-600.0, "brake_runout")]
+    named = tuple(Attempt(f, f.terms[0], -f.value, -f.bic) for f in fits)
+    found = Found(None, base, (Round(base, (), named, ()),), fits[0])
+    return judging.judged(found, None, base, [None])[0]
+
+
+@pytest.mark.parametrize(("reached", "given_up"), [(-1100.0, ()), (-700.0, ("unbalance",))])
+def test_the_next_name_stands_where_it_holds(monkeypatch, reached, given_up):
+    """A brake's runout that a blind maker hid was called an unbalance: the descent ended early."""
+    tries = {"unbalance": (300.0, 0.6), "brake_runout": (-500.0, 0.1)}
+    found = judged_by(monkeypatch, tries, carried={"brake_runout": reached})
+    assert [t.id for t in found.final.terms] == ["brake_runout"]
+    assert found.given_up == given_up
+    assert belief_in(found, "brake_runout") > 0.9
+
+
+@pytest.mark.parametrize("other", [(50.0, 0.1), (-500.0, 0.9)])
+def test_one_that_holds_no_better_is_not_taken(monkeypatch, other):
+    """Less likely than nothing, or further in its predictions."""
+    tries = {"unbalance": (300.0, 0.6), "brake_runout": other}
+    found = judged_by(monkeypatch, tries, carried={"brake_runout": -1100.0})
+    assert [t.id for t in found.final.terms] == ["unbalance"]
