@@ -80,7 +80,8 @@ def mark(
 def _coordinate(diagnosis: Mapping[str, Any]) -> Any:
     shape = diagnosis.get("shape") or {}
     if diagnosis.get("verdict") == "unexplained" and shape.get("coordinate"):
-        return shape["coordinate"]
+        # The maker's word for the same.
+        return {"omega_u - omega_l": "twist_rate"}.get(shape["coordinate"], shape["coordinate"])
     return (diagnosis.get("located") or {}).get("depends_on")
 
 
