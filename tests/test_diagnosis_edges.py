@@ -18,6 +18,7 @@ from benchmarks.rig_maker import quasi_random
 from drill_env import InputError, Rig
 from drill_env.cli._common import plain
 from drill_env.cli.main import app
+from drill_env.diagnosis.attempts import restated
 from drill_env.diagnosis.belief import rivals
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.diagnose import diagnose
@@ -30,7 +31,7 @@ from drill_env.diagnosis.options import OUTSIDE, DiagnosisOptions
 from drill_env.diagnosis.result import digits_of
 from drill_env.diagnosis.rounds import Attempt, Found, Round
 from drill_env.diagnosis.schema import schema
-from drill_env.diagnosis.search import _restated, base_fit
+from drill_env.diagnosis.search import base_fit
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 from drill_env.identification.initial_state import state_at
@@ -138,7 +139,7 @@ def test_what_replaced_the_first_name_is_ranked_by_what_it_gains_alone():
     later: Any = SimpleNamespace(
         terms=(Term(Named(LIBRARY["whirl_drag"]), np.zeros(0)),), value=70.0, bic=80.0
     )
-    named = _restated(first, later).named
+    named = restated(first, later).named
     assert [(a.term.id, a.criterion) for a in named] == [
         ("whirl_drag", 920.0),
         ("unbalance", 900.0),

@@ -10,6 +10,7 @@ import pytest
 from benchmarks.rig_maker import make, quasi_random
 from drill_env import Rig
 from drill_env.diagnosis.diagnose import diagnose
+from drill_env.diagnosis.faults import lost_bits
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.effects import LIBRARY
 from drill_env.parameters import SYMBOLS
@@ -64,6 +65,23 @@ def test_a_coarser_encoder_has_lost_bits(made):
     result = diagnosed(made, made.theta_u, coarse, 4 * STEP)
     effect = next(e for e in result.effects if e.id == "lost_encoder_bits")
     assert effect.parameters["bits"].value == 2.0
+
+
+@pytest.mark.parametrize(
+    ("rig", "stated", "sure"),
+    [
+        (Rig(), {}, True),
+        # Another rig may have any two encoders.
+        (Rig(Jl=4.0 * Rig().Jl), {}, False),
+        (Rig(Jl=4.0 * Rig().Jl), {"theta_u": STEP, "theta_l": STEP}, True),
+        (Rig(), {"theta_u": STEP, "theta_l": 2 * STEP}, None),
+    ],
+)
+def test_unlike_encoders_have_lost_bits_only_where_they_ought_to_be_alike(made, rig, stated, sure):
+    quanta = {"theta_u": STEP, "theta_l": 2 * STEP}
+    recording = Recording(made.t, made.u, made.theta_u, made.theta_l, quanta=quanta, stated=stated)
+    fault = lost_bits([recording], rig)
+    assert (None if fault is None else fault.sure) == sure
 
 
 def test_rows_that_repeat_the_row_before(made):

@@ -41,7 +41,7 @@ def check_command(
     given = None if rig is None else load_rig(rig)
     with remarks():
         found = read_set(recordings, mapping or [])
-        look_over(found, given)
+        look_over(found, given, incomplete=True)
     rows = [
         {"role": role, "closed_loop": found.of(r).closed_loop, **_told(r)}
         for role in ("stage1", "fit", "holdout")

@@ -56,7 +56,7 @@ def find_faults(setting: Setting, fit: Fit) -> list[Fault]:
     found = [
         clock_jitter(setting, fit),
         _stale(recordings),
-        _bits(recordings, setting.coordinates.base),
+        lost_bits(recordings, setting.coordinates.base),
     ]
     return [fault for fault in found if fault is not None]
 
@@ -119,11 +119,15 @@ def _squared_runs(stale: BoolArray) -> float:
     return float(((edges[1::2] - edges[::2]) ** 2).sum())
 
 
-def _bits(recordings: Sequence[Recording], rig: Rig) -> Fault | None:
+def lost_bits(recordings: Sequence[Recording], rig: Rig) -> Fault | None:
     """One encoder counts in steps that are a power of two times what it should count in.
 
     That is by its stated counts a turn, where both are stated. Else it is by the other encoder,
     which on the paper's rig is alike; on other rigs it need not be.
+
+    Args:
+        recordings: with the steps that are visible in their angles, and the stated ones.
+        rig: where the diagnosis starts.
     """
     pairs = [r for r in recordings if {"theta_u", "theta_l"} <= set(r.quanta)]
     if not pairs:
