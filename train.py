@@ -222,10 +222,9 @@ def train(args: Args) -> None:
     if left <= 0:
         console.print(f"already trained for {model.num_timesteps} steps")
     else:
-        try:
+        with watch.interruptible():
             model.learn(left, callback=watch, reset_num_timesteps=not args.resume)
-        except KeyboardInterrupt:
-            watch.stop()
+        if watch.interrupted:
             console.print(f"stopped after {model.num_timesteps} steps; go on with --resume")
             sys.exit(130)
     setting = feature_setting(args.view, args.history)  # pyright: ignore

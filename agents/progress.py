@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import csv
+import os
+import signal
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -26,6 +31,7 @@ class TrainingProgress(BaseCallback):
     Attributes:
         seconds: that the training took, known once it has ended.
         cpu_seconds: likewise, of all threads.
+        interrupted: whether an interrupt has asked to stop.
     """
 
     def __init__(self, total: int, folder: Path, every: int, console: Console) -> None:
@@ -39,6 +45,29 @@ class TrainingProgress(BaseCallback):
         self._curve: list[tuple[int, float]] = []
         self.seconds = self.cpu_seconds = 0.0
         self._began = (0.0, 0.0)
+        self.interrupted = False
+
+    @contextmanager
+    def interruptible(self) -> Iterator[None]:
+        """Inside, the first interrupt ends the training after its step, the second at once.
+
+        An exception raised in the midst of a library's clean-up would be lost.
+        """
+        former = signal.getsignal(signal.SIGINT)
+
+        def ask(_number: int, _frame: Any) -> None:
+            self.interrupted = True
+            signal.signal(signal.SIGINT, former)
+            # Not through a stream, which this may have interrupted in the midst of a write.
+            os.write(2, b"\nending after this step; interrupt again to stop at once\n")
+
+        # Where the starter has interrupts ignored, they stay so.
+        if callable(former):
+            signal.signal(signal.SIGINT, ask)
+        try:
+            yield
+        finally:
+            signal.signal(signal.SIGINT, former)
 
     def _on_training_start(self) -> None:
         self._due = self.model.num_timesteps + self._every
@@ -48,7 +77,7 @@ class TrainingProgress(BaseCallback):
 
     def _on_step(self) -> bool:
         self._bar.update(self._task, completed=self.model.num_timesteps)
-        return True
+        return not self.interrupted
 
     def _on_rollout_end(self) -> None:
         episodes = self.model.ep_info_buffer
@@ -73,12 +102,8 @@ class TrainingProgress(BaseCallback):
         with replacing(curve) as name, name.open("w", encoding="utf-8", newline="") as stream:
             csv.writer(stream).writerows([("steps", "mean_return"), *old, *self._curve])
 
-    def stop(self) -> None:
-        """Save and take the bar away."""
+    def _on_training_end(self) -> None:
         self._bar.stop()
         self.seconds = round(time.perf_counter() - self._began[0], 1)
         self.cpu_seconds = round(time.process_time() - self._began[1], 1)
         self.save()
-
-    def _on_training_end(self) -> None:
-        self.stop()

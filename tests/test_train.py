@@ -145,7 +145,8 @@ def test_a_surface_agent_with_history_joins_the_comparison(tmp_path):
 
 
 @pytest.mark.slow
-def test_an_interrupted_run_leaves_a_checkpoint_to_go_on_from(tmp_path):
+def test_an_interrupted_run_leaves_a_checkpoint_to_go_on_from(trained, tmp_path):
+    """After another training has compiled what it needs, which may take minutes."""
     args = ["--total-steps", 10**8, "--out", "i", "--checkpoint-steps", 2 * UPDATE]
     process = subprocess.Popen(
         command(*args), cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -156,6 +157,7 @@ def test_an_interrupted_run_leaves_a_checkpoint_to_go_on_from(tmp_path):
     until = time.monotonic() + 120
     while not (tmp_path / "i" / "checkpoint.zip").exists() and time.monotonic() < until:
         time.sleep(0.1)
+    assert (tmp_path / "i" / "checkpoint.zip").exists()
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130, err
@@ -166,6 +168,30 @@ def test_an_interrupted_run_leaves_a_checkpoint_to_go_on_from(tmp_path):
     done = train("--total-steps", steps + 1, "--out", "i", "--resume", "--skip-table", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert steps < timesteps(tmp_path / "i" / "checkpoint.zip") <= steps + 1 + UPDATE
+
+
+def test_an_interrupt_in_the_midst_of_a_clean_up_is_not_lost(tmp_path):
+    """Python drops what is raised in ``__del__``; the first interrupt asks, the second stops."""
+    from rich.console import Console
+
+    from drill_env.agents.progress import TrainingProgress
+
+    class CleansUp:
+        def __del__(self):
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.01)
+
+    watch = TrainingProgress(1, tmp_path, 1, Console(quiet=True))
+    former = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with watch.interruptible():
+            CleansUp()
+            assert watch.interrupted
+            with pytest.raises(KeyboardInterrupt):
+                signal.raise_signal(signal.SIGINT)
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, former)
 
 
 BAD = {
