@@ -1,14 +1,15 @@
-"""Another name is tried where held-out recordings speak against the first one."""
+"""Held-out recordings speak against names: another one is tried, or the name is given up."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from drill_env.diagnosis import judging
-from drill_env.diagnosis.belief import belief_in
+from drill_env.diagnosis.belief import belief_in, rivals
 from drill_env.diagnosis.rounds import Attempt, Found, Round
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
@@ -22,11 +23,11 @@ def fit_of(bic, *names):
     return SimpleNamespace(bic=bic, value=bic, terms=terms)
 
 
-def judged_by(monkeypatch, tries, *, carried):
+def judged_by(monkeypatch, tries, *, carried=None, final=None):
     """The search's answer after judging, each name's fit carried on to `carried[name]`."""
 
     def judge(samples, setting, fit):
-        value, error = tries[fit.terms[0].id] if fit.terms else ALONE
+        value, error = tries[fit.terms[-1].id] if fit.terms else ALONE
         nothing = np.zeros((4, 2))
         return SimpleNamespace(value=value, short=nothing + error, free=nothing, measured=nothing)
 
@@ -36,7 +37,11 @@ def judged_by(monkeypatch, tries, *, carried):
     )
     base, fits = fit_of(0.0), [fit_of(-800.0, "unbalance"), fit_of(-600.0, "brake_runout")]
     named = tuple(Attempt(f, f.terms[0], -f.value, -f.bic) for f in fits)
-    found = Found(None, base, (Round(base, (), named, ()),), fits[0])
+    found = Found(None, base, (Round(base, (), named, ()),), final or fits[0])
+    fewer = {1: base, 2: fits[0]}
+    monkeypatch.setattr(
+        judging, "trimmed", lambda found: replace(found, final=fewer[len(found.final.terms)])
+    )
     return judging.judged(found, None, base, [None])[0]
 
 
@@ -56,3 +61,31 @@ def test_one_that_holds_no_better_is_not_taken(monkeypatch, other):
     tries = {"unbalance": (300.0, 0.6), "brake_runout": other}
     found = judged_by(monkeypatch, tries, carried={"brake_runout": -1100.0})
     assert [t.id for t in found.final.terms] == ["unbalance"]
+
+
+@pytest.mark.parametrize(("error", "stays"), [(1.2, False), (0.99, True)])
+def test_a_name_with_which_nothing_is_predicted_as_well_is_none(monkeypatch, error, stays):
+    """The play of an encoder was called a creeping string: likelier, and further off."""
+    found = judged_by(monkeypatch, {"unbalance": (-500.0, error)})
+    assert [t.id for t in found.final.terms] == (["unbalance"] if stays else [])
+    assert found.given_up == (() if stays else ("unbalance",))
+    left = {name: chance for name, chance, _ in rivals(found, found.rounds, ("unbalance",))}
+    assert left["brake_runout"] <= (0.05 if stays else 0.5)
+
+
+@pytest.mark.parametrize(("value", "stays"), [(1000.0, False), (-400.0, True)])
+def test_a_second_name_that_costs_more_than_it_shows_goes(monkeypatch, value, stays):
+    """With the first it predicts no worse, which excuses a loss, but not more than was gained."""
+    tries = {"unbalance": (-500.0, 0.5), "brake_runout": (value, 0.5)}
+    both = fit_of(-1100.0, "unbalance", "brake_runout")
+    found = judged_by(monkeypatch, tries, final=both)
+    assert [t.id for t in found.final.terms] == ["unbalance", "brake_runout"][: 1 + stays]
+
+
+@pytest.mark.parametrize(("error", "stays"), [(0.5, False), (0.4, True)])
+def test_a_second_name_that_but_makes_up_for_the_first_goes(monkeypatch, error, stays):
+    """Both are less likely than nothing; a blind maker's hysteresis had lost counts beside it."""
+    tries = {"unbalance": (5000.0, 0.5), "brake_runout": (3000.0, error)}
+    both = fit_of(-1100.0, "unbalance", "brake_runout")
+    found = judged_by(monkeypatch, tries, final=both)
+    assert [t.id for t in found.final.terms] == ["unbalance", "brake_runout"][: 1 + stays]

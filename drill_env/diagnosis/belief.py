@@ -11,7 +11,7 @@ import numpy as np
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.offered import is_parameter
 from drill_env.diagnosis.result import Change, Number
-from drill_env.diagnosis.rounds import NEEDED, Found, Round, clearly
+from drill_env.diagnosis.rounds import NEEDED, Found, Round, clearly, is_named
 from drill_env.diagnosis.terms import Shape, Term
 from drill_env.identification.coordinates import inverse
 from drill_env.parameters import Rig
@@ -209,4 +209,7 @@ def rivals(
     order = sorted(told, key=lambda name: told[name][1])
     named = [t.id for t in found.final.terms if t.id in told and t.id in chosen]
     left = 1.0 - belief_in(found, named[0]) if named and not found.given_up else 1.0
+    if found.given_up and not any(map(is_named, found.final.terms)):
+        # Held-out recordings spoke against names; the fitted ones alone speak for the next.
+        left = 0.5
     return [(n, min(told[n][0], left), told[n][1]) for n in order if n not in chosen]

@@ -71,9 +71,16 @@ def _shaped(found: Found) -> Iterator[Fit]:
 
 
 def _spoken_against(found: Found, before: Sequence[Judged], after: Sequence[Judged]) -> bool:
-    """Whether held-out recordings are plainly less likely with the names that were found."""
+    """Whether held-out recordings are plainly less likely with the names that were found.
+
+    Or none of what is read is predicted over 5 s as well as without them.
+    """
     terms = found.final.terms
-    if not terms or any(not is_named(t) or isinstance(t.source, Slips) for t in terms):
+    if not terms or not all(map(is_named, terms)):
+        return False
+    if _further(before, after):
+        return True
+    if any(isinstance(t.source, Slips) for t in terms):
         return False
     nearer = any(rms(after, "short", i) < _NEARER * rms(before, "short", i) for i in range(2))
     return not nearer and _less_likely(found, before, after)
@@ -127,9 +134,35 @@ def _given_up(found: Found, held: Sequence[Samples]) -> tuple[Found, tuple[Judge
         fit = polished(found.setting, attempt.fit)
         shaped = replace(bare, final=fit)
         after = tuple(judge(s, found.setting, fit) for s in held)
-        if _gain(alone, after) > _HELPS:
+        if _gain(alone, after) > _HELPS and not _further(alone, after):
             return shaped, after
     return bare, alone
+
+
+def _stays(found: Found, fewer: Found, alone: Sequence[Judged], after: Sequence[Judged]) -> bool:
+    """Whether the last term helps on held-out recordings, or shows plainly and does no harm."""
+    gain, nearest = _gain(alone, after), min(_shares(alone, after), default=math.inf)
+    # Other signals may leave at rest what the fitted ones show plainly.
+    shown = fewer.final.bic - found.final.bic
+    # What costs more than it shows is not harmless; a free shape, which bends to what the
+    # fitted ones have, may cost no likelihood at all.
+    near = _as_near(alone, after) and is_named(found.final.terms[-1]) and gain > -shown
+    harmless = gain > -_HARMLESS * shown or near
+    return gain > _HELPS or nearest < _BETTER or (shown > _PLAIN * NEEDED and harmless)
+
+
+def _makes_up(
+    found: Found, before: Sequence[Judged], alone: Sequence[Judged], after: Sequence[Judged]
+) -> bool:
+    """Whether a further term but makes up for what the others cost held-out recordings.
+
+    Where these are plainly less likely than with nothing, their noise is larger than the fitted
+    one, and likelihood favours whatever bends to it: then 5 s predictions must come nearer.
+    """
+    if len(found.final.terms) < 2 or not is_named(found.final.terms[-1]):
+        return False
+    nearest = min(_shares(alone, after), default=0.0)
+    return nearest >= _NEARER and _less_likely(found, before, after)
 
 
 def _as_near(alone: Sequence[Judged], after: Sequence[Judged], times: float = _WORSE) -> bool:
@@ -139,6 +172,12 @@ def _as_near(alone: Sequence[Judged], after: Sequence[Judged], times: float = _W
     """
     shares = _shares(alone, after)
     return bool(shares) and max(shares) < times
+
+
+def _further(alone: Sequence[Judged], after: Sequence[Judged]) -> bool:
+    """Whether the 5 s predictions of all that is read are further off."""
+    shares = _shares(alone, after)
+    return bool(shares) and min(shares) > _WORSE
 
 
 def _far_nearer(alone: Sequence[Judged], after: Sequence[Judged]) -> bool:
@@ -169,15 +208,7 @@ def judged(
     while held and found.final.terms and not isinstance(found.final.terms[-1].source, Slips):
         fewer = trimmed(found)
         alone = tuple(judge(s, fewer.setting, fewer.final) for s in held)
-        gain = _gain(alone, after)
-        nearer = any(rms(after, "short", i) < 0.9 * rms(alone, "short", i) for i in range(2))
-        # Other signals may leave at rest what the fitted ones show plainly.
-        shown = fewer.final.bic - found.final.bic
-        near = _as_near(alone, after)
-        # A free shape bends to what the fitted ones have: it may cost held-out ones no likelihood.
-        near = near and is_named(found.final.terms[-1])
-        harmless = gain > -_HARMLESS * shown or near
-        if gain > _HELPS or nearer or (shown > _PLAIN * NEEDED and harmless):
+        if _stays(found, fewer, alone, after) and not _makes_up(found, before, alone, after):
             break
         if len(found.final.terms) == 1 and _spoken_against(found, before, after):
             break
