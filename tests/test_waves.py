@@ -71,7 +71,8 @@ def test_friction_of_the_upper_disc_over_twist_is_told_without_a_name():
 
 
 def test_the_library_comes_before_waves_of_its_formulas():
-    assert [w.id for w in free_waves(LIBRARY)] == ["lower_wave_of_theta_l"]
+    own = ["lower_wave_of_theta_l", "string_wave_of_theta_u", "string_wave_of_theta_l"]
+    assert [w.id for w in free_waves(LIBRARY)] == own
     fewer = set(LIBRARY) - {"torque_ripple", "lower_disturbance"}
     assert {"upper_wave_of_theta_u", "lower_wave_of_time"} < {w.id for w in free_waves(fewer)}
     assert [w.id for w in free_waves((), 1, turning=False)] == ["upper_wave_of_time"]
@@ -103,6 +104,24 @@ def test_a_wave_acts_and_runs_as_the_effect_of_its_formula(name):
     np.testing.assert_allclose(
         told, response_along(LIBRARY[NAMES[name]], q, Rig(), motion)[0][:-1], atol=1e-12
     )
+
+
+def test_a_wave_of_the_string_acts_on_both_discs_against_each_other():
+    wave = next(w for w in free_waves(()) if w.id == "string_wave_of_theta_u")
+    q = np.array([0.004, 1.0, 2.0])
+    string = declaration(Term(wave, q))
+    upper = {**string, "component": "upper", "values": (-np.array(string["values"])).tolist()}
+    lower = {**string, "component": "lower"}
+    t = np.arange(2001) * 0.005
+    u = 4.0 + np.sin(t)
+    plain, one, two = (
+        run_extended(Rig().replace(effects=e), t, u, np.zeros(4))[1]
+        for e in ((), (string,), (upper, lower))
+    )
+    assert np.abs(one - two).max() < 1e-6 < 0.01 * np.abs(one - plain).max()
+    states = np.hstack([np.cumsum(np.ones((len(t), 4)), axis=0) * 0.01, np.zeros((len(t), 2))])
+    told = wave.response(q, Rig(), Motion(t, u, states, np.array([0])))[0]
+    np.testing.assert_array_equal(told[:, 0], -told[:, 1])
 
 
 def test_friction_over_twist_runs_as_the_effect_of_its_formula():

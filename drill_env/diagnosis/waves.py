@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -17,7 +17,9 @@ from drill_env.effects import Effect, EffectParameter
 from drill_env.effects.along import Motion
 from drill_env.parameters import Rig
 
-_UPPER, _LOWER = 0, 1
+# Torque on the upper and on the lower disc of a wave of size 1.
+_SIGNS = {"upper": (1.0, 0.0), "lower": (0.0, 1.0), "both": (-1.0, 1.0)}
+_USUAL = {"upper": 0.02, "lower": 3e-4, "both": 3e-4}
 # Fewer cycles over what a recording covers are a drift, which other shapes tell.
 _CYCLES = 3.0
 _LOWEST_ORDER, _HIGHEST_ORDER = 0.5, 60.0
@@ -39,15 +41,13 @@ class Wave(Named):
     def response(self, q: FloatArray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
         """The wave's torques; it misreads nothing."""
         along = middle(COORDINATES[self.effect.depends_on](motion))
-        torque = np.zeros((len(along), 2))
-        cycles = self.rate * q[2] * along
-        torque[:, self.disc] = q[0] * np.cos(cycles + q[1])
+        torque = np.outer(q[0] * np.cos(self.rate * q[2] * along + q[1]), self.signs)
         return torque, np.zeros_like(torque)
 
     @property
-    def disc(self) -> int:
-        """0 for the upper disc, 1 for the lower one."""
-        return _LOWER if self.effect.equation == "lower" else _UPPER
+    def signs(self) -> tuple[float, float]:
+        """Torque on the upper and on the lower disc where the wave is 1."""
+        return _SIGNS[self.effect.equation]
 
     @property
     def rate(self) -> float:
@@ -80,32 +80,37 @@ def _refused(*given: Any) -> None:
     raise NotImplementedError("a wave without a name runs as a table of its period")
 
 
-def _wave(disc: str, name: str) -> Wave:
+def _wave(component: Literal["upper", "lower", "string"], name: str) -> Wave:
+    equation = "both" if component == "string" else component
     if name == "time":
         number = EffectParameter("frequency", "Hz", "shape", (), 1e-3, 200.0)
         formula, words = "torque cos(2 pi frequency t + phase)", "at a fixed frequency"
     else:
         number = EffectParameter("order", "1", "shape", (), 0.1, 500.0)
-        formula, words = f"torque cos(order {name} + phase)", "with the angle of the disc"
-    usual = 0.02 if disc == "upper" else 3e-4
+        formula, words = f"torque cos(order {name} + phase)", "with the angle of a disc"
+    place = "of the string" if component == "string" else f"on the {component} disc"
     return Wave(
         Effect(
-            id=f"{disc}_wave_of_{name}",
-            component="upper" if disc == "upper" else "lower",
-            equation="upper" if disc == "upper" else "lower",
+            id=f"{component}_wave_of_{name}",
+            component=component,
+            equation=equation,
             depends_on=name,
             parameters=(
-                EffectParameter("torque", "Nm", "amplitude", (usual,), 0.0, 5.0),
+                EffectParameter("torque", "Nm", "amplitude", (_USUAL[equation],), 0.0, 5.0),
                 EffectParameter("phase", "rad", "phase", (0.0,), -7.0, 7.0),
                 number,
             ),
             formula=formula,
-            meaning=f"A torque on the {disc} disc that comes and goes {words}.",
+            meaning=f"A torque {place} that comes and goes {words}.",
             kernel=_refused,
         )
     )
 
 
+_PLACES: tuple[tuple[Literal["upper", "lower", "string"], str], ...] = (
+    ("upper", "time"), ("upper", "theta_u"), ("lower", "time"), ("lower", "theta_l"),
+    ("string", "theta_u"), ("string", "theta_l"),
+)  # fmt: skip
 _KNOWN_AS = {
     "upper_wave_of_time": "upper_disturbance",
     "upper_wave_of_theta_u": "torque_ripple",
@@ -121,11 +126,10 @@ def free_waves(known: Container[str], inertias: int = 2, *, turning: bool = True
         inertias: of the rig; of one there is the upper disc alone.
         turning: whether angles come round.
     """
-    made = [("upper", "time"), ("upper", "theta_u"), ("lower", "time"), ("lower", "theta_l")]
     waves = [
-        _wave(disc, name)
-        for disc, name in made
-        if (inertias == 2 or disc == "upper") and (turning or name == "time")
+        _wave(component, name)
+        for component, name in _PLACES
+        if (inertias == 2 or component == "upper") and (turning or name == "time")
     ]
     return [wave for wave in waves if _KNOWN_AS.get(wave.id, "") not in known]
 
@@ -170,7 +174,7 @@ def _peaks(ground: Ground, wave: Wave) -> tuple[list[float], float]:
         return [], 1.0
     bins = _BINS * wave.rate / TURN
     size = int(2 ** np.ceil(np.log2(4.0 * (span * bins + 2.0))))
-    pull = np.concatenate([p[:, wave.disc] for p in ground.pull])
+    pull = np.concatenate([p @ wave.signs for p in ground.pull])
     place = np.floor((np.concatenate(along) - first) * bins).astype(np.int64)
     power = np.abs(np.fft.rfft(np.bincount(place, weights=pull, minlength=size))) ** 2
     cycles = np.arange(len(power), dtype=np.float64) * (bins * TURN / (wave.rate * size))
