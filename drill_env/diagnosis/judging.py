@@ -28,6 +28,8 @@ _NEARER = 0.97
 _WORSE = 1.05
 # And less than this many times, nearer throughout, or one so much that likelihood is not asked.
 _BETTER, _FAR_BETTER = 0.9, 0.8
+# So many times as large, all of them, names are none: a right but faint one had 1.1.
+_FAR_WORSE = 1.5
 
 
 def _gain(before: Sequence[Judged], after: Sequence[Judged]) -> float:
@@ -73,12 +75,12 @@ def _shaped(found: Found) -> Iterator[Fit]:
 def _spoken_against(found: Found, before: Sequence[Judged], after: Sequence[Judged]) -> bool:
     """Whether held-out recordings are plainly less likely with the names that were found.
 
-    Or none of what is read is predicted over 5 s as well as without them.
+    Or all that is read is predicted far worse over 5 s than without them.
     """
     terms = found.final.terms
     if not terms or not all(map(is_named, terms)):
         return False
-    if _further(before, after):
+    if _far_further(before, after):
         return True
     if any(isinstance(t.source, Slips) for t in terms):
         return False
@@ -134,7 +136,7 @@ def _given_up(found: Found, held: Sequence[Samples]) -> tuple[Found, tuple[Judge
         fit = polished(found.setting, attempt.fit)
         shaped = replace(bare, final=fit)
         after = tuple(judge(s, found.setting, fit) for s in held)
-        if _gain(alone, after) > _HELPS and not _further(alone, after):
+        if _gain(alone, after) > _HELPS and not _far_further(alone, after):
             return shaped, after
     return bare, alone
 
@@ -174,10 +176,10 @@ def _as_near(alone: Sequence[Judged], after: Sequence[Judged], times: float = _W
     return bool(shares) and max(shares) < times
 
 
-def _further(alone: Sequence[Judged], after: Sequence[Judged]) -> bool:
-    """Whether the 5 s predictions of all that is read are further off."""
+def _far_further(alone: Sequence[Judged], after: Sequence[Judged]) -> bool:
+    """Whether the 5 s predictions of all that is read are far further off."""
     shares = _shares(alone, after)
-    return bool(shares) and min(shares) > _WORSE
+    return bool(shares) and min(shares) > _FAR_WORSE
 
 
 def _far_nearer(alone: Sequence[Judged], after: Sequence[Judged]) -> bool:
