@@ -8,8 +8,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from drill_env.diagnosis import diagnose as module
 from drill_env.diagnosis import judging
 from drill_env.diagnosis.belief import belief_in, rivals
+from drill_env.diagnosis.law import LawFit
 from drill_env.diagnosis.rounds import Attempt, Found, Round
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
@@ -89,3 +91,22 @@ def test_a_second_name_that_but_makes_up_for_the_first_goes(monkeypatch, error, 
     both = fit_of(-1100.0, "unbalance", "brake_runout")
     found = judged_by(monkeypatch, tries, final=both)
     assert [t.id for t in found.final.terms] == ["unbalance", "brake_runout"][: 1 + stays]
+
+
+@pytest.mark.parametrize(("error", "stays"), [(2.0, False), (0.3, True)])
+def test_a_friction_law_with_which_all_is_predicted_far_worse_is_none(monkeypatch, error, stays):
+    """A blind maker's stribeck rig was given a hump: 5 s predictions erred seven times as far."""
+    nothing = np.zeros((4, 2))
+    setting = SimpleNamespace(samples=[SimpleNamespace(release=1.0)], jitter=0.0)
+    plain, humped = (Found(setting, fit_of(bic), (), fit_of(bic)) for bic in (0.0, -500.0))
+
+    def judge(found, setting, base, held):
+        short = nothing + (error if found is humped else 1.0)
+        at = [SimpleNamespace(value=0.0, short=s, measured=nothing) for s in (nothing + 1.0, short)]
+        return found, (at[0],), (at[1],)
+
+    monkeypatch.setattr(module, "judged", judge)
+    monkeypatch.setattr(module, "cleaned", lambda held, jitter: list(held))
+    law = LawFit(setting, plain.base, humped, 500.0)
+    kept, found, *_ = module._held_out(plain, law, [])
+    assert (kept, found) == ((law, humped) if stays else (None, plain))

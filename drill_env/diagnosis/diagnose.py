@@ -20,7 +20,7 @@ from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.faults import Fault, find_faults
 from drill_env.diagnosis.fit import Fit
 from drill_env.diagnosis.held_out import HORIZON, Judged, judged_channels, noise_floor, rms
-from drill_env.diagnosis.judging import judged
+from drill_env.diagnosis.judging import far_further, judged
 from drill_env.diagnosis.law import LawFit, law_fit
 from drill_env.diagnosis.locate import describe, locate
 from drill_env.diagnosis.named import named_effects, rounds_of
@@ -151,19 +151,32 @@ def _diagnose(
         law = law_fit(
             samples, rig, found, library, options.most, report, options.doubt, options.fixed
         )
-        found = law.found if law else found
-    held = [replace(s, release=found.setting.samples[0].release) for s in held]
-    held = cleaned(held, found.setting.jitter)
     report("judging held-out recordings")
+    law, found, held, before, after = _held_out(found, law, held)
     base = law.before if law else found.base
-    base_setting = law.setting if law else found.setting
-    found, before, after = judged(found, base_setting, base, held)
     faults = [f for f in find_faults(found.setting, found.final) if f.id not in options.leave_out]
     result = _result(found, base, rig, law, faults, before, after, held, options)
     return Diagnosis(
         result, found, rig, extended_rig(found.final.rig, found.final.terms), before, after,
         tuple(s.recording.source for s in held),
     )  # fmt: skip
+
+
+def _held_out(
+    plain: Found, law: LawFit | None, held: Sequence[Samples]
+) -> tuple[LawFit | None, Found, list[Samples], tuple[Judged, ...], tuple[Judged, ...]]:
+    """What stands on held-out recordings, these cleaned, and how they are judged before and after.
+
+    A law of friction that bends to the fitted ones alone is none.
+    """
+    found = law.found if law else plain
+    ready = [replace(s, release=found.setting.samples[0].release) for s in held]
+    ready = cleaned(ready, found.setting.jitter)
+    base, setting = (law.before, law.setting) if law else (found.base, found.setting)
+    found, before, after = judged(found, setting, base, ready)
+    if law and far_further(before, after):
+        return _held_out(plain, None, held)
+    return law, found, ready, before, after
 
 
 def _result(

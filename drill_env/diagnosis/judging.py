@@ -80,7 +80,7 @@ def _spoken_against(found: Found, before: Sequence[Judged], after: Sequence[Judg
     terms = found.final.terms
     if not terms or not all(map(is_named, terms)):
         return False
-    if _far_further(before, after):
+    if far_further(before, after):
         return True
     if any(isinstance(t.source, Slips) for t in terms):
         return False
@@ -136,7 +136,7 @@ def _given_up(found: Found, held: Sequence[Samples]) -> tuple[Found, tuple[Judge
         fit = polished(found.setting, attempt.fit)
         shaped = replace(bare, final=fit)
         after = tuple(judge(s, found.setting, fit) for s in held)
-        if _gain(alone, after) > _HELPS and not _far_further(alone, after):
+        if _gain(alone, after) > _HELPS and not far_further(alone, after):
             return shaped, after
     return bare, alone
 
@@ -176,7 +176,7 @@ def _as_near(alone: Sequence[Judged], after: Sequence[Judged], times: float = _W
     return bool(shares) and max(shares) < times
 
 
-def _far_further(alone: Sequence[Judged], after: Sequence[Judged]) -> bool:
+def far_further(alone: Sequence[Judged], after: Sequence[Judged]) -> bool:
     """Whether the 5 s predictions of all that is read are far further off."""
     shares = _shares(alone, after)
     return bool(shares) and min(shares) > _FAR_WORSE
