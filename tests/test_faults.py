@@ -9,6 +9,7 @@ import pytest
 
 from benchmarks.rig_maker import make, quasi_random
 from drill_env import Rig
+from drill_env.diagnosis.clock import stale_rows
 from drill_env.diagnosis.diagnose import diagnose
 from drill_env.diagnosis.faults import lost_bits
 from drill_env.diagnosis.options import DiagnosisOptions
@@ -82,6 +83,21 @@ def test_unlike_encoders_have_lost_bits_only_where_they_ought_to_be_alike(made, 
     recording = Recording(made.t, made.u, made.theta_u, made.theta_l, quanta=quanta, stated=stated)
     fault = lost_bits([recording], rig)
     assert (None if fault is None else fault.sure) == sure
+
+
+def test_a_disc_that_turns_back_repeats_no_row():
+    """A flexible link swings by many counts a row; where both ends turn back readings repeat."""
+    t = np.arange(5000) / 250.0
+    swing = np.round(0.3 * np.cos(2 * math.pi * 2.0 * t) / STEP) * STEP
+    still = np.zeros_like(t)
+    quanta = {"theta_u": STEP, "theta_l": STEP}
+    assert (np.diff(swing) == 0.0).any()
+    sound = Recording(t, still, still, swing, quanta=quanta)
+    assert not stale_rows(sound)[0].any()
+    fast = np.flatnonzero(np.abs(swing) < 0.1)[5:25:5]
+    swing[fast] = swing[fast - 1]
+    lost = Recording(t, still, still, swing, quanta=quanta)
+    np.testing.assert_array_equal(np.flatnonzero(stale_rows(lost)[0]), fast)
 
 
 def test_rows_that_repeat_the_row_before(made):

@@ -35,3 +35,9 @@ def test_a_warm_up_far_slower_than_the_recordings_is_constant_friction(minutes: 
     slow = attempt("friction_warmup", 0.1, 900.0, fit=lasting)
     assert at_its_limit(slow, []) == told
     assert not at_its_limit(attempt("friction_warmup", 0.1, 100.0, fit=lasting), [])
+
+
+@pytest.mark.parametrize("time, told", [(0.1, True), (3.0, False)])
+def test_a_step_of_friction_at_the_start_is_the_rigs_own(time: float, told: bool):
+    lasting = SimpleNamespace(motions=(SimpleNamespace(t=np.array([0.0, 60.0])),))
+    assert at_its_limit(attempt("friction_step", 0.1, time, fit=lasting), []) == told

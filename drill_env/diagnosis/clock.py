@@ -29,10 +29,12 @@ def stale_rows(recording: Recording) -> tuple[BoolArray, int]:
     if len(angles) < 2 or not (step > 0).all() or len(recording) <= 2 * _STALE_REACH:
         return none, 0
     values = np.column_stack(list(angles.values()))
-    # The ways before and after show that a disc passes several counts a row.
+    # The ways before and after show that a disc passes several counts a row, and where it turns
+    # back that it does not.
     rows = np.arange(_STALE_REACH, len(values) - _STALE_REACH)
-    ways = [np.abs(values[rows + k] - values[rows]) for k in (-_STALE_REACH, _STALE_REACH)]
-    turning = (np.minimum(*ways) / (_STALE_REACH * step) > _STALE_SPEED).any(axis=1)
+    gone, left = (values[rows + k] - values[rows + k - _STALE_REACH] for k in (0, _STALE_REACH))
+    slower = np.where(gone * left > 0.0, np.minimum(np.abs(gone), np.abs(left)), 0.0)
+    turning = (slower / (_STALE_REACH * step) > _STALE_SPEED).any(axis=1)
     same = (values[rows] == values[rows - 1]).all(axis=1)
     none[rows] = same & turning
     return none, int(turning.sum())

@@ -29,6 +29,8 @@ _AT_LIMIT = 1.5
 _OWN = 0.5
 # Recordings: within one it changes by an eighth, or less.
 _SLOW = 8.0
+# And share of one before which a change is as good as at its start.
+_EARLY = 0.01
 
 # By this share more must a free shape explain before a name gives way to it.
 _NAMELESS = 0.3
@@ -163,14 +165,19 @@ def at_its_limit(attempt: Attempt, others: Sequence[Attempt]) -> bool:
     if not isinstance(source, Named):
         return False
     if source.effect.rigs_own_if_slow:
-        longest = max(float(m.t[-1] - m.t[0]) for m in attempt.fit.motions)
-        return bool(attempt.term.q[-1] > _SLOW * longest)
+        return bool(attempt.term.q[-1] > _SLOW * _longest(attempt))
+    if source.effect.rigs_own_if_early:
+        return bool(attempt.term.q[-1] < _EARLY * _longest(attempt))
     if source.effect.limit is None:
         return False
     name, other = source.effect.limit
     place = [p.name for p in source.effect.parameters].index(name)
     least = source.effect.parameters[place].low
     return attempt.term.q[place] <= _AT_LIMIT * least and any(a.term.id == other for a in others)
+
+
+def _longest(attempt: Attempt) -> float:
+    return max(float(m.t[-1] - m.t[0]) for m in attempt.fit.motions)
 
 
 def rigs_own(attempt: Attempt) -> bool:

@@ -168,7 +168,8 @@ _OFFERED: tuple[tuple[str, str, str, tuple[str, ...], _Maker], ...] = (
     ("string_damping", "string", "damping", ("twist",), partial(_stretching, True)),
     ("string_stiffness", "string", "stiffness", ("time", "theta_l"),
      partial(_stretching, False)),
-    ("error_u", "sensor", "error", ("theta_u", "time", "omega_u"), partial(_misread, _UPPER)),
+    ("error_u", "sensor", "error", ("theta_u", "time", "omega_u", "voltage"),
+     partial(_misread, _UPPER)),
     ("error_l", "sensor", "error", ("theta_l", "time", "omega_l"), partial(_misread, _LOWER)),
 )  # fmt: skip
 # What a rig of one inertia has of it.

@@ -73,6 +73,7 @@ class Effect:
             follow the smoothed motion: along that its numbers come out wrong.
         rigs_own_if_slow: whether it is the rig's own physics when its last parameter, a time, is
             far longer than a recording.
+        rigs_own_if_early: likewise when its last parameter, a moment, is at a recording's start.
         limit: the parameter at whose least value it is another effect, and that effect's id.
         kernel: compiled function of (p, q, m, s, out).
     """
@@ -94,6 +95,7 @@ class Effect:
     only_at_rest: bool = False
     refined_within: bool = False
     rigs_own_if_slow: bool = False
+    rigs_own_if_early: bool = False
     limit: tuple[str, str] | None = None
     senses: bool = field(default=False)
 

@@ -51,6 +51,7 @@ EFFECT = Effect(
     formula="-step T_fl after time",
     meaning="The brake's friction changes at one moment.",
     kernel=friction_step,
+    rigs_own_if_early=True,
     neighbours=(
         "friction_drift",
         "torque_pulse",
