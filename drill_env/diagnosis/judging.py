@@ -29,7 +29,7 @@ _WORSE = 1.05
 # And less than this many times, nearer throughout, or one so much that likelihood is not asked.
 _BETTER, _FAR_BETTER = 0.9, 0.8
 # So many times as large, all of them, names are none: a right but faint one had 1.1.
-_FAR_WORSE = 1.5
+_FAR_WORSE = 1.25
 
 
 def _gain(before: Sequence[Judged], after: Sequence[Judged]) -> float:
