@@ -61,9 +61,11 @@ class TrainingProgress(BaseCallback):
             # Not through a stream, which this may have interrupted in the midst of a write.
             os.write(2, b"\nending after this step; interrupt again to stop at once\n")
 
-        # Where the starter has interrupts ignored, they stay so.
-        if callable(former):
-            signal.signal(signal.SIGINT, ask)
+        if not callable(former):
+            # Ignored by whoever started this, or none of Python's: they stay so.
+            yield
+            return
+        signal.signal(signal.SIGINT, ask)
         try:
             yield
         finally:
