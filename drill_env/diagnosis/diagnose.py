@@ -22,6 +22,7 @@ from drill_env.diagnosis.fit import Fit
 from drill_env.diagnosis.held_out import HORIZON, Judged, judged_channels, noise_floor, rms
 from drill_env.diagnosis.judging import far_further, judged
 from drill_env.diagnosis.law import LawFit, law_fit
+from drill_env.diagnosis.left_over import weighed
 from drill_env.diagnosis.locate import describe, locate
 from drill_env.diagnosis.named import named_effects, rounds_of
 from drill_env.diagnosis.next_experiment import next_experiment
@@ -176,6 +177,9 @@ def _held_out(
     found, before, after = judged(found, setting, base, ready)
     if law and far_further(before, after):
         return _held_out(plain, None, held)
+    found, after = weighed(found, setting, base, law is not None, ready, before, after)
+    if law and found.untold is not None:
+        return _held_out(plain, None, held)
     return law, found, ready, before, after
 
 
@@ -188,14 +192,17 @@ def _result(
     changed = changes(setting, final, start, seed=options.seed)
     scale = 0.0 if {"Ju", "km"} & set(options.fixed) else options.doubt
     effects = named_effects(found, law, faults, scale)
-    shaped = [t for t in final.terms if not is_named(t)]
+    shaped = [t for t in (*final.terms, found.untold) if t is not None and not is_named(t)]
     verdict = _verdict(found, effects, shaped, changed, options)
     inside = [t.id for t in final.terms]
     # Another law and faults of the recordings are no candidates of the search.
     leading = next((e.id for e in effects if e.id in inside), shaped[0].id if shaped else "")
     known = {*inside, *(e.id for e in effects)}
     alternatives = [
-        Alternative(*rival) for rival in rivals(found, rounds_of(found, leading), known)
+        Alternative(*rival)
+        for rival in rivals(found, rounds_of(found, leading), known)
+        # What no candidate accounts for is not confused with those that were given up.
+        if found.untold is None or effects or rival[0] in found.given_up
     ]
     # The menu is of the rig's voltages: a lone axis would leave its bench.
     plays = final.rig.inertias == 2 and setting.samples[0].recording.drive == "voltage"
@@ -218,7 +225,7 @@ def _verdict(
     found: Found, effects: list[NamedEffect], shaped: list[Term], changed: dict[str, Change],
     options: DiagnosisOptions,
 ) -> Verdict:  # fmt: skip
-    if shaped and not _beside(found):
+    if found.untold is not None or (shaped and not _beside(found)):
         return "unexplained"
     if effects:
         return "missing_physics"
@@ -245,6 +252,8 @@ def _located(
     fit = found.final
     if not fit.terms and found.refuted is not None:
         fit = found.refuted
+    if found.untold is not None:
+        return locate(found.setting, found.final, found.untold)
     if not fit.terms:
         return _law_located(effects)
     leading = min(fit.terms, key=lambda t: not is_parameter(t.id))
@@ -274,6 +283,11 @@ def _fit(
             "needed": BELIEVED,
         }
     }
+    if found.remainder is not None:
+        left = zip(("upper", "lower"), found.remainder.sizes, found.remainder.shares, strict=True)
+        out["remainder"] = {
+            disc: {"rms_Nm": size, "predictable": part} for disc, size, part in left
+        }
     if not held:
         return out
     floor = noise_floor(held, found.final, after, seed)

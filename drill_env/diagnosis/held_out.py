@@ -94,6 +94,12 @@ def judge(samples: Samples, setting: Setting, fit: Fit) -> Judged:
     )  # fmt: skip
 
 
+def remaining(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, FloatArray]:
+    """What all samples say of the motion under a fit, and the latent torques (Nm, shape (n, 2))."""
+    motion, given, path = _followed(samples, setting, fit)
+    return motion, smoothed(given, fit.noise, path).states[:, 4:]
+
+
 def _followed(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Samples, Path]:
     path = path_of(samples, fit.rig, fit.noise, samples.starts, setting.robust)
     motion = motion_of(samples, fit.noise, path)

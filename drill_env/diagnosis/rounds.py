@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.remainder import Remainder
 from drill_env.diagnosis.scan import Scored
 from drill_env.diagnosis.shapes import own_functions
 from drill_env.diagnosis.slips import Slips
@@ -92,6 +93,8 @@ class Found:
         nameless: a fit with a free shape that explains the recordings clearly better, if any.
         refuted: a fit with names that were given up, if any: of what they leave over, or of
             held-out recordings.
+        remainder: how much of what the final fit leaves over the motion predicts.
+        untold: the shape of that where nothing that was found accounts for it.
     """
 
     setting: Setting
@@ -101,6 +104,8 @@ class Found:
     contests: dict[str, dict[str, float]] = field(default_factory=dict)
     nameless: Fit | None = None
     refuted: Fit | None = None
+    remainder: Remainder | None = None
+    untold: Term | None = None
 
     @property
     def given_up(self) -> tuple[str, ...]:

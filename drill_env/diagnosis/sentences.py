@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from drill_env.diagnosis.remainder import PREDICTABLE
 from drill_env.diagnosis.result import DiagnosisResult, NamedEffect, digits_of
 
 _PLACES = {
@@ -43,6 +44,7 @@ def sentences(
         lines.append(
             "Names and shapes that the fitted recordings ask for make held-out ones less likely."
         )
+    lines += _left_over(result)
     if result.verdict in ("missing_physics", "unexplained"):
         lines += _confusion(result, given_up)
     lines += _gain(result)
@@ -114,6 +116,16 @@ def _effect(effect: NamedEffect) -> str:
     return (
         f"{effect.meaning} {effect.id}: {numbers}; probability {effect.probability:.2f}{aliases}."
     )
+
+
+def _left_over(result: DiagnosisResult) -> list[str]:
+    left = result.fit.get("remainder") or {}
+    return [
+        f"Of the torque that is left over at the {disc} disc ({part['rms_Nm']:.2g} Nm root mean "
+        f"square), the motion predicts {part['predictable']:.0%} in recordings not learnt from."
+        for disc, part in left.items()
+        if part["predictable"] > PREDICTABLE
+    ]
 
 
 def _confusion(result: DiagnosisResult, given_up: Sequence[str]) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -152,19 +153,27 @@ def _misread(disc: int, name: str, functions: Functions) -> Basis:
     return basis
 
 
+Place: TypeAlias = Literal["upper", "lower", "string"]
+"""Where a plain torque acts; the string's turns the lower disc on and the upper one back."""
+
+_PLAIN: dict[Place, list[tuple[int, float]]] = {
+    "upper": [(_UPPER, 1.0)],
+    "lower": [(_LOWER, 1.0)],
+    "string": [(_UPPER, -1.0), (_LOWER, 1.0)],
+}
 _Maker = Callable[[str, Functions], Basis]
 _OFFERED: tuple[tuple[str, str, str, tuple[str, ...], _Maker], ...] = (
     ("upper_torque", "upper", "torque", ("time", "voltage", "theta_u", "omega_u", "twist"),
-     partial(_plain, [(_UPPER, 1.0)])),
+     partial(_plain, _PLAIN["upper"])),
     ("lower_torque", "lower", "torque", ("time", "theta_l", "omega_l"),
-     partial(_plain, [(_LOWER, 1.0)])),
+     partial(_plain, _PLAIN["lower"])),
     ("upper_drive", "upper", "drive", ("theta_u", "omega_u"), _driven),
     ("drive", "actuator", "drive", ("time",), _driven),
     ("lower_friction", "lower", "friction", ("time", "theta_l", "twist"), _braking),
     ("upper_friction", "upper", "friction", ("time", "theta_u", "twist"), _rubbing),
     ("upper_damping", "upper", "damping", ("time", "theta_u"), _damping),
     ("string_torque", "string", "torque", ("twist", "omega_u - omega_l"),
-     partial(_plain, [(_UPPER, -1.0), (_LOWER, 1.0)])),
+     partial(_plain, _PLAIN["string"])),
     ("string_damping", "string", "damping", ("twist",), partial(_stretching, True)),
     ("string_stiffness", "string", "stiffness", ("time", "theta_l"),
      partial(_stretching, False)),
@@ -254,3 +263,25 @@ def free_shapes(motions: Sequence[Motion], inertias: int = 2) -> tuple[Shape, ..
         made = [s for s in made if s.id != "error_u_of_theta_u"]
     # A voltage that is constant throughout tells no function of it.
     return tuple(s for s in made if len(s.knots) > 1)
+
+
+def plain_shape(
+    place: Place, name: str, motions: Sequence[Motion], inertias: int = 2
+) -> Shape | None:
+    """A torque at some place as a function of one coordinate, or None where that is constant.
+
+    Args:
+        place: where it acts.
+        name: of `COORDINATES`.
+        motions: they set the coordinate's range.
+        inertias: of the rig; with one there is no lower disc.
+    """
+    if inertias == 1 and name not in _COORDINATES_OF_ONE:
+        return None
+    if np.ptp(np.concatenate([COORDINATES[name](m) for m in motions])) == 0.0:
+        return None
+    knots, functions = _functions(name, motions, come_round(motions, inertias))
+    if len(knots) < 2:
+        return None
+    basis = _plain(_PLAIN[place], name, functions)
+    return Shape(f"{place}_torque_of_{name}", place, name, "torque", tuple(knots), basis)

@@ -1,0 +1,121 @@
+"""What is left over decides whether names stay, and whether nothing is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.held_out import Judged, remaining
+from drill_env.diagnosis.judging import without_names
+from drill_env.diagnosis.remainder import PREDICTABLE, Latent, Remainder, remainder_of, share_by
+from drill_env.diagnosis.rounds import Found, is_named
+from drill_env.diagnosis.shapes import COORDINATES, Place, plain_shape
+from drill_env.diagnosis.slips import Slips
+from drill_env.diagnosis.terms import Shape, Term
+from drill_env.identification.samples import Samples
+
+# Names are refuted by a share above the first of these of what is left and above the second of
+# what the rig alone had left. Of three right answers with a share above 0.2, two had much less of
+# the second (0.001 and 0.06) and one 0.27 and 0.06; ten wrong answers had 0.44 and 0.16 or more,
+# and one 0.66 and 0.024.
+_REFUTING = ((0.2, 0.3), (0.5, 0.01))
+_DISCS: tuple[Place, Place] = ("upper", "lower")
+# Cosine of both discs' torques below which they are the string's.
+_OPPOSED = -0.8
+
+
+def weighed(
+    found: Found, setting: Setting, base: Fit, law: bool, held: Sequence[Samples],
+    before: Sequence[Judged], after: tuple[Judged, ...],
+) -> tuple[Found, tuple[Judged, ...]]:  # fmt: skip
+    """Names whose remainder the motion predicts are given up; what has none is told as a shape.
+
+    Args:
+        found: the search, judged.
+        setting: of the rig alone.
+        base: the rig alone, fitted.
+        law: whether another friction law was found.
+        held: held-out recordings.
+        before: these under the rig alone.
+        after: these under what was found.
+    """
+    if not found.rounds:
+        return found, after
+    latents = _latents(found.setting, found.final, after)
+    left = remainder_of(latents)
+    found = replace(found, remainder=left)
+    if max(left.shares) < PREDICTABLE or not all(map(is_named, found.final.terms)):
+        return found, after
+    if not found.final.terms and not law:
+        return replace(found, untold=_untold(found, left, latents)), after
+    places = _refuted(left, remainder_of(_latents(setting, base, before)))
+    if not places:
+        return found, after
+    if not law and any(_acts_at(term, places) for term in found.final.terms):
+        found, after = without_names(found, held)
+        latents = _latents(found.setting, found.final, after)
+        left = remainder_of(latents)
+        found = replace(found, remainder=left)
+        if found.final.terms:
+            return found, after
+    return replace(found, untold=_untold(found, left, latents)), after
+
+
+def _latents(setting: Setting, fit: Fit, judged: Sequence[Judged]) -> list[Latent]:
+    """What a fit leaves over of the fitted and the judged recordings.
+
+    Lost counts are placed in the fitted ones alone.
+    """
+    seen = [Latent(*remaining(samples, setting, fit)) for samples in setting.samples]
+    if any(isinstance(term.source, Slips) for term in fit.terms):
+        return seen
+    return [*seen, *(Latent(one.motion, one.torques) for one in judged)]
+
+
+def _refuted(left: Remainder, alone: Remainder) -> list[int]:
+    """Discs at which what names leave over is predictable and no small part of what was."""
+    out = []
+    for disc in range(2):
+        now, then = left.squares[disc], alone.squares[disc]
+        share = left.shares[disc]
+        if any(share > least and now > part * then for least, part in _REFUTING):
+            out.append(disc)
+    return out
+
+
+def _acts_at(term: Term, discs: Sequence[int]) -> bool:
+    if isinstance(term.source, (Shape, Slips)) or term.source.effect.senses:
+        # A reading that is off shows as torques on both discs.
+        return True
+    return any(term.source.effect.equation in ("both", _DISCS[disc]) for disc in discs)
+
+
+def _untold(found: Found, left: Remainder, latents: Sequence[Latent]) -> Term | None:
+    """What is left over as a shape over the coordinate that alone predicts most of it."""
+    upper, lower = np.concatenate([one.torques for one in latents]).T
+    together = float(upper @ lower) / float(np.linalg.norm(upper) * np.linalg.norm(lower) + 1e-300)
+    both = min(left.shares) > PREDICTABLE and together < _OPPOSED
+    disc = int(np.argmax(left.shares))
+    place: Place = "string" if both else _DISCS[disc]
+    values = [
+        0.5 * (one.torques[:, 1] - one.torques[:, 0]) if both else one.torques[:, disc]
+        for one in latents
+    ]
+    motions, inertias = [one.motion for one in latents], found.final.rig.inertias
+    shapes = {
+        name: shape
+        for name in COORDINATES
+        if (shape := plain_shape(place, name, motions, inertias)) is not None
+    }
+    if not shapes:
+        return None
+    name = max(shapes, key=lambda key: share_by(key, latents, values))
+    shape = shapes[name]
+    column = 0 if place == "upper" else 1
+    flat = Term(shape, np.zeros(shape.size))
+    basis = np.concatenate([flat.slopes(found.final.rig, m)[0][:, column] for m in motions])
+    q = np.linalg.lstsq(basis, np.concatenate(values), rcond=None)[0]
+    return Term(shape, np.asarray(q, dtype=np.float64))
