@@ -7,10 +7,12 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from drill_env import Rig, simulate
+from drill_env import InputError, Rig, simulate
 from drill_env.cli.main import app
+from drill_env.identification.screening import screen
 from drill_env.integrator import sampled_voltage
 from drill_env.parameters import save_rig
+from drill_env.recordings import Recording
 
 MANIFEST = """
 [defaults]
@@ -70,3 +72,20 @@ def test_what_no_rig_can_do_is_an_error(folder):
     table.assign(bit=-table.bit).to_csv(folder / "a.csv", index=False)
     error = checked(folder)[3]
     assert "a.csv" in str(error) and "the sign of theta_l is flipped" in str(error)
+
+
+@pytest.mark.parametrize("hertz", [0.2, 0.4, 0.7])
+def test_a_slow_sine_on_a_flexible_drive_is_sound_and_its_sign_is_told(hertz):
+    """The string hardly bends, and the regression gives it and the motor the wrong sign."""
+    rig = Rig(
+        friction="coulomb", km=0.0166, Ju=1.74e-4, Tsu=4.5e-3, dTsu=0.0, bu=1.6e-3, dbu=0.0,
+        Jl=2.5e-4, ktheta=0.187, Tsl=3e-3, bl=2.6e-4,
+    )  # fmt: skip
+    t, step = np.arange(10000) / 250.0, 2 * np.pi / 4096
+    u = 7.0 * np.sin(2 * np.pi * hertz * t)
+    run = simulate(rig, sampled_voltage(t, u), t[-1], t_eval=t)
+    upper, lower = (np.round(angle / step) * step for angle in (run.theta_u, run.theta_l))
+    quanta = {"theta_u": step, "theta_l": step}
+    assert screen(Recording(t, u, upper, lower, quanta=quanta), rig) == ()
+    with pytest.raises(InputError, match="the sign of u is flipped"):
+        screen(Recording(t, -u, upper, lower, quanta=quanta), rig)

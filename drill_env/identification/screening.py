@@ -221,7 +221,8 @@ def _signs(case: _Case) -> RecordingWarning | None:
     drive = _drive_sign(case.s, upper)
     against = lower is not None and lower.pull.sign < 0 and lower.hold.sign > 0
     against = against and lower is not None and lower.share > 0.3
-    if drive > 0 and upper.damping.sign < 0 and upper.share > 0.3:
+    brakes = upper.damping.sign < 0 and upper.share > 0.3 and not _is_made_up(case.s, upper)
+    if drive > 0 and brakes:
         text = "friction drives the discs and the motor brakes them: the time runs backwards"
         return case.note("reversed_time", f"{text}; reverse the rows, not the times")
     if drive >= 0 and not against:
@@ -238,12 +239,20 @@ def _signs(case: _Case) -> RecordingWarning | None:
 
 def _drive_sign(s: Smoothed, upper: UpperFit) -> int:
     """Sign of the motor's effect; by the power it puts in where the fit does not tell."""
-    if is_varied(s.u) and upper.share > 0.3 and upper.drive.sign:
-        return upper.drive.sign
     power = _power(s.u, s.omega[0])
+    if is_varied(s.u) and upper.share > 0.3 and upper.drive.sign:
+        return int(np.sign(power)) if _is_made_up(s, upper) else upper.drive.sign
     # Power flows the wrong way when the time runs backwards, too; then friction drives.
     backwards = upper.damping.sign < 0 and upper.share > 0.3
     return 0 if abs(power) < _POWER else int(np.sign(power)) * (-1 if backwards else 1)
+
+
+def _is_made_up(s: Smoothed, upper: UpperFit) -> bool:
+    """Whether the fit shares out signs at will, as where a slow voltage hardly bends the string.
+
+    A string that pushes is none, and power tells whether the voltage drives the disc.
+    """
+    return upper.hold.sign < 0 and _power(s.u, s.omega[0]) * upper.drive.sign < -_POWER
 
 
 def _power(u: FloatArray, omega: FloatArray) -> float:
