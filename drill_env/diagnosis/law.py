@@ -6,9 +6,13 @@ import math
 from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
 
+from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.held_out import remaining
+from drill_env.diagnosis.joint import polished
+from drill_env.diagnosis.remainder import PREDICTABLE, Latent, remainder_of
 from drill_env.diagnosis.rounds import NEEDED, Found
-from drill_env.diagnosis.search import find
+from drill_env.diagnosis.search import base_fit, find
 from drill_env.effects import Effect
 from drill_env.identification.coordinates import active_names
 from drill_env.identification.samples import Samples
@@ -54,8 +58,27 @@ def law_fit(
     humped = rig.replace(friction="humped", **{name: getattr(paper, name) for name in freed})
     kept = {*plain.setting.coordinates.free, *freed}
     free = [n for n in SYMBOLS if n in active_names(humped) & kept]
-    found = find(samples, humped, free, effects, most=most, doubt=doubt, report=report)
     # The two laws have not the same parameters, which the criterion of one rig leaves out.
     more = len(free) - len(plain.setting.coordinates.free)
-    gain = plain.final.bic - found.final.bic - more * math.log(max(found.final.count, 2))
+    price = more * math.log(max(plain.final.count, 2))
+    if not _asked_for(humped, free, plain, doubt, price):
+        return None
+    found = find(samples, humped, free, effects, most=most, doubt=doubt, report=report)
+    gain = plain.final.bic - found.final.bic - price
     return LawFit(plain.setting, plain.base, found, gain) if gain >= NEEDED else None
+
+
+def _asked_for(humped: Rig, free: Sequence[str], plain: Found, doubt: float, price: float) -> bool:
+    """Whether the law does better beside what was found, or that leaves something predictable.
+
+    A search of its own takes several times as long as this.
+    """
+    fit, before = plain.final, plain.setting
+    left = remainder_of([Latent(*remaining(s, before, fit)) for s in before.samples])
+    if max(left.shares) > PREDICTABLE:
+        return True
+    setting, alone = base_fit(before.samples, humped, free, doubt)
+    if fit.terms:
+        here = evaluate(setting, alone.vector, fit.terms, fit.noise, fit.starts, fit.motions)
+        alone = polished(setting, here)
+    return fit.bic - alone.bic > price
