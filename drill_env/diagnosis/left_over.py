@@ -54,8 +54,11 @@ def weighed(
     if not found.final.terms and not law:
         return _told(found, latents), after
     plainly, maybe = _doubted(left, remainder_of(_latents(setting, base, before)))
-    if law or not _any_at(found, [*plainly, *maybe]):
+    if law:
         return _told(found, latents) if plainly else found, after
+    if not _any_at(found, [*plainly, *maybe]):
+        # A small trace at the other disc is told by its share alone.
+        return found, after
     bare, other = without_names(found, held)
     preferred = bool(bare.final.terms) and sum(j.value for j in other) < sum(j.value for j in after)
     if not preferred and not _any_at(found, plainly):
