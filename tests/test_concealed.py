@@ -164,6 +164,19 @@ def test_marks_follow_names_aliases_places_and_intervals():
     assert out["says_unexplained"] and out["coordinate"] and out["alarm"]
 
 
+def test_what_is_left_over_is_told_of_right_answers_and_of_quiet_nulls():
+    left = {"upper": {"rms_Nm": 1.0, "predictable": -0.1}, "lower": {"rms_Nm": 1.0}}
+    rows = []
+    for kind, verdict, share in (("null", "consistent", 0.04), ("null", "unexplained", 0.9)):
+        left["lower"]["predictable"] = share
+        rows.append(mark(_answer(kind), _diagnosis(verdict, fit={"remainder": left})))
+    rows.append(mark(_answer("null"), _diagnosis("consistent")))
+    found = measure([{**row, "cpu_s": None} for row in rows])
+    quiet = found["predictable of what is left, nothing missing and told so"]
+    assert (quiet["n"], quiet["largest"]) == (1, 0.04)
+    assert found["predictable of what is left, named first"]["n"] == 0
+
+
 def test_no_diagnosis_is_wrong_everywhere():
     pair = ["rate_state", "unbalance"]
     for kind, effects in (("single", pair[:1]), ("null", []), ("pair", pair)):

@@ -72,6 +72,7 @@ def mark(
         "gap_closed": _gap_closed(diagnosis, oracle or true_plant) if truths else None,
         "gap_closed_true_plant": _gap_closed(diagnosis, true_plant) if truths else None,
         "refitted": oracle is not None,
+        "left_predictable": _left(diagnosis),
         "covered": list(_coverage(answer, diagnosis)),
     }  # fmt: skip
     return marks
@@ -88,6 +89,12 @@ def _coordinate(diagnosis: Mapping[str, Any]) -> Any:
 def _probability(diagnosis: Mapping[str, Any]) -> float | None:
     effects = diagnosis.get("effects") or []
     return float(effects[0]["probability"]) if effects else None
+
+
+def _left(diagnosis: Mapping[str, Any]) -> float | None:
+    """The larger share of what is left over at either disc that the motion predicts."""
+    left = (diagnosis.get("fit") or {}).get("remainder") or {}
+    return max((float(part["predictable"]) for part in left.values()), default=None)
 
 
 def _pooled(recordings: Iterable[Mapping[str, float]]) -> dict[str, float]:

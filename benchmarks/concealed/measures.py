@@ -74,6 +74,10 @@ def measure(rows: Sequence[Row]) -> dict[str, Any]:
         "held-out gap closed, against the true plant from its true states": _gap(
             clear + pair, "gap_closed_true_plant"
         ),
+        "predictable of what is left, nothing missing and told so": _left(
+            [r for r in null if not r["alarm"]]
+        ),
+        "predictable of what is left, named first": _left([r for r in rows if r["first"]]),
         "CPU s a case": _quantiles([r["cpu_s"] for r in rows if r["cpu_s"] is not None]),
         "effects": by_effect(rows),
     }
@@ -93,6 +97,10 @@ def calibration_error(rows: Sequence[Row]) -> Row:
             error += abs(claimed - right) * len(inside) / len(claims)
             bins.append({"claimed": float(claimed), "right": float(right), "n": len(inside)})
     return {"error": float(error) if claims else None, "n": len(claims), "bins": bins}
+
+
+def _left(rows: Sequence[Row]) -> Row:
+    return _quantiles([v for r in rows if (v := r.get("left_predictable")) is not None])
 
 
 def _gap(rows: Sequence[Row], name: str) -> Row:

@@ -250,10 +250,10 @@ def _located(
 ) -> Located | None:
     """Where what leads acts; a name that was given up tells at least where the mismatch sits."""
     fit = found.final
+    if found.untold is not None:
+        return locate(found.setting, fit, found.untold)
     if not fit.terms and found.refuted is not None:
         fit = found.refuted
-    if found.untold is not None:
-        return locate(found.setting, found.final, found.untold)
     if not fit.terms:
         return _law_located(effects)
     leading = min(fit.terms, key=lambda t: not is_parameter(t.id))

@@ -124,22 +124,24 @@ def _given_up(found: Found, held: Sequence[Samples]) -> tuple[Found, tuple[Judge
 
     Where the fitted recordings hardly asked for the names, nothing is missing.
     """
+    # With another friction law, the rig alone is not the one of before.
+    alone = tuple(judge(s, found.setting, found.base) for s in held)
     if found.base.bic - found.final.bic <= _PLAIN * NEEDED:
-        bare = replace(found, final=found.base, contests={}, nameless=None)
-        # With another friction law, the rig alone is not the one of before.
-        return bare, tuple(judge(s, found.setting, found.base) for s in held)
-    return without_names(found, held)
+        return replace(found, final=found.base, contests={}, nameless=None), alone
+    return without_names(found, held, alone)
 
 
-def without_names(found: Found, held: Sequence[Samples]) -> tuple[Found, tuple[Judged, ...]]:
+def without_names(
+    found: Found, held: Sequence[Samples], alone: tuple[Judged, ...]
+) -> tuple[Found, tuple[Judged, ...]]:
     """The search with its names refuted: a free shape that holds on held-out recordings, or none.
 
     Args:
         found: the search.
         held: held-out recordings.
+        alone: these under the rig alone.
     """
     bare = replace(found, final=found.base, contests={}, nameless=None, refuted=found.final)
-    alone = tuple(judge(s, found.setting, found.base) for s in held)
     for attempt in found.rounds[0].shapes[:_SHAPES]:
         if attempt.criterion <= NEEDED:
             break

@@ -17,8 +17,8 @@ from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Shape, Term
 from drill_env.identification.samples import Samples
 
-# Names are refuted by more than this share of what the rig alone left and the motion predicts. Ten
-# wrong answers had 0.42 and more; of three right ones on made rigs with a predictable remainder the
+# Names are refuted by more than this share of what the rig alone left and the motion predicts.
+# Seven wrong answers had 0.42 and more; of three right ones on made rigs that left something the
 # largest was 0.06, of two on a real axis, which has more that no formula holds, 0.32.
 _REFUTING = 0.4
 # Above this one, and above that share of what is left, by a free shape that held-out recordings
@@ -31,7 +31,7 @@ _OPPOSED = -0.8
 
 def weighed(
     found: Found, setting: Setting, base: Fit, law: bool, held: Sequence[Samples],
-    before: Sequence[Judged], after: tuple[Judged, ...],
+    before: tuple[Judged, ...], after: tuple[Judged, ...],
 ) -> tuple[Found, tuple[Judged, ...]]:  # fmt: skip
     """Names whose remainder the motion predicts are given up; what has none is told as a shape.
 
@@ -59,7 +59,7 @@ def weighed(
     if not _any_at(found, [*plainly, *maybe]):
         # A small trace at the other disc is told by its share alone.
         return found, after
-    bare, other = without_names(found, held)
+    bare, other = without_names(found, held, before)
     preferred = bool(bare.final.terms) and sum(j.value for j in other) < sum(j.value for j in after)
     if not preferred and not _any_at(found, plainly):
         return found, after

@@ -164,7 +164,7 @@ def _shape(signal: Signal, t: FloatArray) -> FloatArray:
         case "steps":
             return _random_levels(signal, t)
         case "quasi-random":
-            return _lagged(_random_levels(signal, t), signal.smoothing * signal.rate)
+            return lagged(_random_levels(signal, t), signal.smoothing * signal.rate)
 
 
 def _frequency(signal: Signal) -> float:
@@ -181,7 +181,13 @@ def _random_levels(signal: Signal, t: FloatArray) -> FloatArray:
     return levels[np.searchsorted(ends, t, side="right")]
 
 
-def _lagged(levels: FloatArray, samples: float) -> FloatArray:
+def lagged(levels: FloatArray, samples: float) -> FloatArray:
+    """Values behind a first-order lag that begins at 0.
+
+    Args:
+        levels: evenly spaced, shape (n,).
+        samples: the lag's time constant in samples; 0 for no lag.
+    """
     if samples == 0.0:
         return levels
     from scipy.signal import lfilter
