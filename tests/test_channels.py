@@ -141,7 +141,8 @@ def test_velocities_that_are_all_missing_change_nothing():
     both.angles[-1, 2] = math.nan
     plain = prepare(angles, Rig())
     values = [value_of(s, Rig(), NOISE, plain.starts) for s in (plain, both)]
-    assert values[0] == values[1]
+    # Each kind of recording has its own compiled filter, with its own rounding.
+    assert values[0] == pytest.approx(values[1], rel=1e-12)
 
 
 def played(effects, names, count=3, *, km=None, sigma=0.02):

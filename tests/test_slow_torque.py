@@ -35,7 +35,7 @@ def speed_shape(setting: Setting, base: Fit) -> Attempt:
     shapes = free_shapes(base.motions, base.rig.inertias)
     scores = score_shapes(ground_at(setting, base), shapes)
     score = next(s for s in scores if s.term.id == "upper_torque_of_omega_u")
-    start = first_look(setting, base, score)[1]
+    start = first_look(setting, base, score).start(setting, base)
     there = descend_jointly(setting, start, limit=6, enough=2.0, only=TORQUES)
     return Attempt(there, there.terms[-1], base.value - there.value, base.bic - there.bic)
 

@@ -104,7 +104,7 @@ def from_base(setting: Setting, base: Fit, effects: Sequence[str]) -> Fit | None
         scored = score_effects(ground_at(setting, here), [LIBRARY[name]])
         if not scored:
             return None
-        here = first_look(setting, here, scored[0])[1]
+        here = first_look(setting, here, scored[0]).start(setting, here)
         here = descend_jointly(setting, here, limit=_ROUNDS, enough=2.0)
     return within_filter(setting, polished(setting, here), _told_to_nobody)
 

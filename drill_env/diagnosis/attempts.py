@@ -20,19 +20,24 @@ FIRST_ROUNDS = 2
 # Rounds more for candidates whose gain is not below this share of the best one's, and how many.
 # The last ones get motions that are told anew with the candidate in place.
 _HEATS = ((4, 0.3, 6, False), (6, 0.4, 3, True), (6, 0.5, 3, True))
+# Gain of a round that is worth another one; share of what a candidate would have to gain in each
+# round that may come yet to be the best, below which it is not.
+_ENOUGH, _HOPE = 2.0, 0.5
 # A hopeless candidate that gained less than this rests.
 _MOVES = 1.0
 # Resonances are retuned if they gain this share of the best one.
 _HOPEFUL_RESONANCE = 0.5
 # Logarithm of a correlation time over the usual one from which on candidates get their own.
 _UNUSUAL = 0.3
-# How many names are begun again with the usual noise then, how often and for how many rounds.
-_TIGHT, _TIGHTENINGS, _TIGHT_ROUNDS = 2, 2, 10
+# How many names are begun again with the usual noise then, if they gain this share of the best
+# one, and for how many rounds; and by which factor they must gain to be begun once more.
+_TIGHT, _TIGHT_HOPE, _TIGHT_ROUNDS, _MOVED = 2, 0.1, 10, 1.1
 
 
 def carried_on(
-    setting: Setting, fit: Fit, start: Fit, rounds: int, *, anew: bool = False
-) -> Attempt:
+    setting: Setting, fit: Fit, start: Fit, rounds: int, *, anew: bool = False,
+    enough: float = _ENOUGH,
+) -> Attempt:  # fmt: skip
     """A candidate descended for so many rounds.
 
     Args:
@@ -41,10 +46,11 @@ def carried_on(
         start: with it.
         rounds: most rounds.
         anew: whether motions are told anew with the candidate in place.
+        enough: gain of a round below which it ends.
     """
     begin = with_new_motions(setting, start) if anew else start
     only = TORQUES if rounds > FIRST_ROUNDS and unusual(fit.noise) else SIZES
-    done = descend_jointly(setting, begin, limit=rounds, enough=2.0, only=only)
+    done = descend_jointly(setting, begin, limit=rounds, enough=enough, only=only)
     return attempted(fit, start if done.value > start.value else done)
 
 
@@ -71,15 +77,29 @@ def attempted(before: Fit, fit: Fit) -> Attempt:
 def heated(setting: Setting, fit: Fit, done: list[Attempt]) -> list[Attempt]:
     """More rounds for the more hopeful ones, the best first."""
     resting: set[str] = set()
-    for rounds, hope, most, anew in _HEATS:
+    for heat, (rounds, hope, most, anew) in enumerate(_HEATS):
+        left = sum(rounds for rounds, *_ in _HEATS[heat:])
         done.sort(key=lambda a: -a.gain)
         least = max(hope * done[0].gain, 5.0) if done else 0.0
         for i, a in enumerate(done[:most]):
             if a.gain > least and a.term.id not in resting:
-                done[i] = after = carried_on(setting, fit, a.fit, rounds, anew=anew)
+                enough = worth_a_round(_behind(a, done), left)
+                after = carried_on(setting, fit, a.fit, rounds, anew=anew, enough=enough)
+                done[i] = after
                 if after.criterion < NEEDED and after.gain < a.gain + _MOVES:
                     resting.add(a.term.id)
     return sorted(done, key=lambda a: -a.gain)
+
+
+def worth_a_round(behind: float, left: int) -> float:
+    """Gain of a round below which a candidate ends that is behind and has so many rounds left."""
+    return max(_ENOUGH, _HOPE * behind / left)
+
+
+def _behind(attempt: Attempt, done: Sequence[Attempt]) -> float:
+    """By how much others of its sort gain more: names among names, shapes among all."""
+    rivals = [a.gain for a in done if is_named(a.term) or not is_named(attempt.term)]
+    return max(max(rivals, default=0.0) - attempt.gain, 0.0)
 
 
 def with_resonances_retuned(setting: Setting, fit: Fit, done: list[Attempt]) -> list[Attempt]:
@@ -100,14 +120,21 @@ def tightened(setting: Setting, fit: Fit, done: Sequence[Attempt]) -> list[Attem
     """
     again = []
     noise = replace(fit.noise, **_usual_where_unusual(fit.noise))
-    for attempt in [a for a in done if is_named(a.term)][:_TIGHT]:
-        there = attempt.fit
-        for _ in range(_TIGHTENINGS):
-            here = added(setting, fit, there.terms[-1])
-            start = evaluate(setting, here.vector, here.terms, noise, here.starts, here.motions)
-            there = descend_jointly(setting, start, limit=_TIGHT_ROUNDS, enough=2.0, only=None)
-            again.append(attempted(fit, there))
+    names = [a for a in done if is_named(a.term)][:_TIGHT]
+    for attempt in [a for a in names if a.gain >= _TIGHT_HOPE * names[0].gain]:
+        first = _begun_again(setting, fit, attempt, noise)
+        again.append(first)
+        if first.gain > _MOVED * attempt.gain + _MOVES:
+            again.append(_begun_again(setting, fit, first, noise))
     return again
+
+
+def _begun_again(setting: Setting, fit: Fit, attempt: Attempt, noise: NoiseModel) -> Attempt:
+    """A candidate descended from where its numbers join the rig, under another noise."""
+    here = added(setting, fit, attempt.term)
+    start = evaluate(setting, here.vector, here.terms, noise, here.starts, here.motions)
+    there = descend_jointly(setting, start, limit=_TIGHT_ROUNDS, enough=_ENOUGH, only=None)
+    return attempted(fit, there)
 
 
 def best_of_each(done: Sequence[Attempt]) -> list[Attempt]:

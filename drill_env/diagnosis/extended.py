@@ -14,7 +14,7 @@ from drill_env.diagnosis.fit import Fit, Setting, prior, start_prior
 from drill_env.diagnosis.terms import Named, Term, acting, at_rest, with_terms
 from drill_env.effects.along import Motion
 from drill_env.identification.noise import NoiseModel
-from drill_env.identification.prediction_error import Path, Trace, path_of, trace_of
+from drill_env.identification.prediction_error import Path, Trace, flat, path_of, trace_of
 from drill_env.identification.samples import Samples
 from drill_env.identification.smoothing import slopes_of, smoothed
 from drill_env.parameters import SYMBOLS, Rig
@@ -56,7 +56,7 @@ def whitened(
 ) -> FloatArray:  # fmt: skip
     """Columns (coordinates, terms' numbers, starts) of the linear regression, shape (n, 2, m)."""
     places = [SYMBOLS.index(name) for name in setting.coordinates.free]
-    slopes = path.rows["slopes"]
+    slopes = path.slopes
     # One product of plain matrices: a stack of small ones is many times slower.
     by_all = np.zeros((slopes.shape[2], jacobian.shape[1]))
     by_all[places] = jacobian
@@ -72,7 +72,7 @@ def whitened(
             columns.append(moved * path.rows["weight"][:, :, np.newaxis])
             continue
         loads, errors = term.slopes(fit_rig, motion)
-        columns.append(slopes_of(samples, noise, path, loads, errors))
+        columns.append(slopes_of(samples, noise, path, loads, errors if errors.any() else None))
         columns[0] = columns[0] + _by_the_rig(term, fit_rig, motion, places, jacobian, by_loads)
     return np.concatenate(columns, axis=2)
 
@@ -122,7 +122,7 @@ def _part(
     weights, miss = start_prior(samples, starts)
     steps, slopes = np.zeros_like(starts), np.zeros((*starts.shape, count))
     edges = [*samples.restarts.tolist(), len(samples.t)]
-    inner_columns = path.rows["slopes"][:, :, len(SYMBOLS) :]
+    inner_columns = path.slopes[:, :, len(SYMBOLS) :]
     for i in range(len(starts)):
         rows = slice(edges[i], edges[i + 1])
         here = used[rows]
@@ -145,11 +145,6 @@ def _part(
     value = path.value + lost_value(samples, given, path.value, int(used.sum()))
     value += float(np.sum(weights * miss**2))
     return _Part(value, gradient, information, steps, slopes, int(used.sum()), path.trace)
-
-
-def flat(values: FloatArray, used: BoolArray) -> FloatArray:
-    """Values of the used readings, one after another; a choice would copy them row by row."""
-    return values.reshape(-1, *values.shape[2:]) if used.all() else values[used]
 
 
 def _soon_at_rest(columns: FloatArray, dt: float) -> BoolArray:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
 from drill_env._types import FloatArray
@@ -18,7 +21,28 @@ _STEPS = 3
 _CLIMBS = (2.0, 1.3)
 
 
-def first_look(setting: Setting, fit: Fit, scored: Scored) -> tuple[float, Fit]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """What a first look at a candidate saw.
+
+    Attributes:
+        gain: fall of minus twice the log likelihood.
+        term: the candidate.
+        fit: with it, where one was made.
+    """
+
+    gain: float
+    term: Term
+    fit: Fit | None = None
+
+    def start(self, setting: Setting, before: Fit) -> Fit:
+        """The fit from which a descent starts; it is made here if it was not before."""
+        return self.fit or added(setting, before, self.term)
+
+
+def first_look(
+    setting: Setting, fit: Fit, scored: Scored, own: Sequence[float] | None = None
+) -> Look:
     """A candidate at its scored size, or where one joint step from none of it leads.
 
     Linear scores overreach: a torque that the rig's parameters would take back in part does harm
@@ -28,32 +52,34 @@ def first_look(setting: Setting, fit: Fit, scored: Scored) -> tuple[float, Fit]:
         setting: recordings and free parameters.
         fit: without the candidate.
         scored: the candidate.
-
-    Returns:
-        Fall of minus twice the log likelihood, and the fit with the candidate.
+        own: of `own_values`, where many candidates are looked at.
     """
+    own = own or own_values(setting, fit)
     if _sizeless(scored.term):
-        return _sizeless_look(setting, fit, scored.term)
-    gain, term = gain_of(setting, fit, scored.term), scored.term
+        return _sizeless_look(setting, fit, scored.term, own)
+    gain, term = gain_of(setting, fit, scored.term, own), scored.term
     if gain > _TRUE_SCORE * scored.gain:
-        return gain, added(setting, fit, term)
+        return Look(gain, term)
     start = added(setting, fit, Term(term.source, _sized(term, 0.0)))
     # As far as usual sizes reach, and as far as the score does: it may be true.
     ways = (False, True) if overreaches(setting, start, 1e-4) else (False,)
     looks = [joint_step(setting, start, 1e-4, tries=_STEPS, far=far)[0] for far in ways]
+    return _best(fit, looks)
+
+
+def _best(fit: Fit, looks: Sequence[Fit]) -> Look:
     there = min(looks, key=lambda look: look.value)
-    return fit.value - there.value, there
+    return Look(fit.value - there.value, there.terms[-1], there)
 
 
-def _sizeless_look(setting: Setting, fit: Fit, term: Term) -> tuple[float, Fit]:
+def _sizeless_look(setting: Setting, fit: Fit, term: Term, own: Sequence[float]) -> Look:
     """The better of the scored size, which the rig would follow, and of the climbed one."""
-    gain, climbed = _climbed(setting, fit, term)
-    looks = [added(setting, fit, climbed)]
-    if gain <= 0.0 or not np.array_equal(climbed.q, term.q):
-        start = added(setting, fit, term)
-        looks.append(joint_step(setting, start, 1e-4, tries=_STEPS)[0])
-    there = min(looks, key=lambda look: look.value)
-    return fit.value - there.value, there
+    gain, climbed = _climbed(setting, fit, term, own)
+    if gain > 0.0 and np.array_equal(climbed.q, term.q):
+        return Look(gain, climbed)
+    start = added(setting, fit, term)
+    stepped = joint_step(setting, start, 1e-4, tries=_STEPS)[0]
+    return _best(fit, [added(setting, fit, climbed), stepped])
 
 
 def _sizeless(term: Term) -> bool:
@@ -63,12 +89,11 @@ def _sizeless(term: Term) -> bool:
     return all(p.role != "amplitude" for p in term.source.effect.parameters)
 
 
-def _climbed(setting: Setting, fit: Fit, term: Term) -> tuple[float, Term]:
+def _climbed(setting: Setting, fit: Fit, term: Term, own: Sequence[float]) -> tuple[float, Term]:
     """The size of an effect without an amplitude, where the likelihood itself is best.
 
     Its score stands for one size only; another may be better by far.
     """
-    own = own_values(setting, fit)
     best = gain_of(setting, fit, term, own)
     for factor in _CLIMBS:
         for place in range(len(term.q)):
@@ -81,7 +106,13 @@ def _climbed(setting: Setting, fit: Fit, term: Term) -> tuple[float, Term]:
 
 
 def _uphill(
-    setting: Setting, fit: Fit, term: Term, own: list[float], best: float, place: int, way: float
+    setting: Setting,
+    fit: Fit,
+    term: Term,
+    own: Sequence[float],
+    best: float,
+    place: int,
+    way: float,
 ) -> tuple[float, Term]:
     """One number of a term multiplied again and again while the likelihood grows."""
     assert isinstance(term.source, Named)

@@ -74,7 +74,7 @@ def ground_at(setting: Setting, fit: Fit) -> Ground:
             given, setting, fit.rig, jacobian, fit.terms, fit.noise, starts, path, motion
         )
         used = path.rows["weight"] > 0
-        own = path.rows["slopes"][:, :, len(SYMBOLS) :][used]
+        own = path.slopes[:, :, len(SYMBOLS) :][used]
         own = _by_window(own, used, samples)
         gram = own.T @ own
         # A start that is known moves nothing.

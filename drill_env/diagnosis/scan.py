@@ -10,7 +10,7 @@ import numpy as np
 
 from drill_env._types import BoolArray, FloatArray
 from drill_env.diagnosis.at_rest import best_at_rest
-from drill_env.diagnosis.extended import THREADS, flat
+from drill_env.diagnosis.extended import THREADS
 from drill_env.diagnosis.grids import around, grid_of
 from drill_env.diagnosis.ground import Ground, Known
 from drill_env.diagnosis.late import unread
@@ -18,6 +18,7 @@ from drill_env.diagnosis.shapes import own_functions
 from drill_env.diagnosis.terms import Named, Shape, Term, corrected, late_disc
 from drill_env.effects import Effect
 from drill_env.effects.along import Motion
+from drill_env.identification.prediction_error import flat
 from drill_env.identification.smoothing import slopes_of
 from drill_env.parameters import Rig
 

@@ -18,6 +18,7 @@ from drill_env.diagnosis.attempts import (
     tightened,
     unusual,
     with_resonances_retuned,
+    worth_a_round,
 )
 from drill_env.diagnosis.clock import cleaned, with_uncertain_times
 from drill_env.diagnosis.contest import contest
@@ -27,7 +28,7 @@ from drill_env.diagnosis.first_look import first_look
 from drill_env.diagnosis.fit import Fit, Setting, strain
 from drill_env.diagnosis.ground import ground_at
 from drill_env.diagnosis.joint import descend_jointly, polished
-from drill_env.diagnosis.moves import unstrained, with_new_motions
+from drill_env.diagnosis.moves import own_values, unstrained, with_new_motions
 from drill_env.diagnosis.rounds import (
     BELIEVED,
     NEEDED,
@@ -64,8 +65,9 @@ _BASE_ROUNDS = 25
 _HOME_ROUNDS = 5
 # Squared standard deviations a parameter above which a fitted rig counts as bent.
 _STRAINED = 3.0
-# Scores fall short of the gain that a fit with its noise reaches.
-_SLACK = 15.0
+# Criteria by score that are worth a look: scores fall short of the gain that a fit with its noise
+# reaches. Beside what was found more is needed, and where the noise is usual scores are true.
+_WORTH, _WORTH_BESIDE, _WORTH_BESIDE_IF_USUAL = -15.0, 0.0, 10.0
 
 Report = Callable[[str], None]
 
@@ -118,7 +120,8 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     wide, wide_shapes = _LATER_WIDTHS if fit.terms else _WIDTHS
     struck = named_strikes(ground, strikes, effects)
     likely = (*named[:wide], *shapes[:wide_shapes], *waves, *strikes, *struck)
-    hopeful = [s for s in likely if s.gain - s.own - s.numbers * price > -_SLACK]
+    least = _least(fit)
+    hopeful = [s for s in likely if s.gain - s.own - s.numbers * price > least]
     hopeful += [Scored(term, gain) for term, gain in lost if gain - len(term.q) * price > 0.0]
     done: list[Attempt] = []
     for start in _starts(setting, fit, hopeful):
@@ -130,8 +133,7 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
         done = sorted([*done, *tightened(setting, fit, done)], key=lambda a: -a.gain)
     if not fit.terms and done and strain(setting, done[0].fit) > _STRAINED * len(fit.vector):
         report("trying from the given rig")
-        starts = _from_home(setting, fit, effects)
-        done += heated(setting, fit, [carried_on(setting, fit, s, _HOME_ROUNDS) for s in starts])
+        done += heated(setting, fit, _from_home(setting, fit, effects, done))
     done = [a for a in best_of_each(done) if not faint(a.term, a.gain)]
     done = [a for a in done if not broken_counts(a.term, setting.samples)]
     return Round(
@@ -141,17 +143,26 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     )  # fmt: skip
 
 
+def _least(fit: Fit) -> float:
+    """The least criterion by score that is worth a look."""
+    if not fit.terms:
+        return _WORTH
+    return _WORTH_BESIDE if unusual(fit.noise) else _WORTH_BESIDE_IF_USUAL
+
+
 def _starts(setting: Setting, fit: Fit, hopeful: Sequence[Scored]) -> list[Fit]:
     """Where the candidates of most promise start: names, shapes, waves and strikes."""
-    looked = sorted((first_look(setting, fit, s) for s in hopeful), key=lambda pair: -pair[0])
-    starts = [start for _, start in looked]
-    names = [start for start in starts if is_named(start.terms[-1])]
-    free = [start for start in starts if not is_named(start.terms[-1])]
-    waves = [start for start in free if isinstance(start.terms[-1].source, Wave)]
-    strikes = [start for start in free if isinstance(start.terms[-1].source, Strike)]
-    shapes = [start for start in free if isinstance(start.terms[-1].source, Shape)]
-    shapes = [start for start in shapes if start not in strikes]
-    return [*names[:_TRIED], *shapes[:_TRIED_SHAPES], *waves[:_TRIED_WAVES], *strikes[:1]]
+    own = own_values(setting, fit)
+    looks = [first_look(setting, fit, s, own) for s in hopeful]
+    looks.sort(key=lambda look: -look.gain)
+    names = [look for look in looks if is_named(look.term)]
+    free = [look for look in looks if not is_named(look.term)]
+    waves = [look for look in free if isinstance(look.term.source, Wave)]
+    strikes = [look for look in free if isinstance(look.term.source, Strike)]
+    shapes = [look for look in free if isinstance(look.term.source, Shape)]
+    shapes = [look for look in shapes if look not in strikes]
+    best = [*names[:_TRIED], *shapes[:_TRIED_SHAPES], *waves[:_TRIED_WAVES], *strikes[:1]]
+    return [look.start(setting, fit) for look in best]
 
 
 def _waves_of(fit: Fit, effects: Sequence[Effect]) -> list[Wave]:
@@ -160,11 +171,18 @@ def _waves_of(fit: Fit, effects: Sequence[Effect]) -> list[Wave]:
     return free_waves(known, inertias, turning=come_round(fit.motions, inertias))
 
 
-def _from_home(setting: Setting, fit: Fit, effects: Sequence[Effect]) -> list[Fit]:
+def _from_home(
+    setting: Setting, fit: Fit, effects: Sequence[Effect], done: Sequence[Attempt]
+) -> list[Attempt]:
     """Candidates tried at the given rig: a rig that was bent to do without one hides it."""
-    home = unstrained(setting, fit)
-    named = score_effects(ground_at(setting, home), effects)[:_TRIED]
-    return [first_look(setting, home, s)[1] for s in named]
+    home, tried = unstrained(setting, fit), []
+    best = max((a.gain for a in done if is_named(a.term)), default=0.0)
+    own = own_values(setting, home)
+    for scored in score_effects(ground_at(setting, home), effects)[:_TRIED]:
+        start = first_look(setting, home, scored, own).start(setting, home)
+        enough = worth_a_round(best - (fit.value - start.value), _HOME_ROUNDS)
+        tried.append(carried_on(setting, fit, start, _HOME_ROUNDS, enough=enough))
+    return tried
 
 
 def _base(
@@ -201,13 +219,17 @@ def find(
     setting, base = _base(samples, rig, free, doubt, report)
     here, shaped, refuted, rounds = _sought(setting, base, effects, most, report)
     named = base.bic - here.bic
-    if shaped is not None and refuted is None and base.bic - shaped.bic <= named + clearly(named):
-        shaped = None
-    report("asking again what was found first")
-    terms = len(here.terms)
-    here, contests = contest(setting, here, rounds)
-    if terms > len(here.terms) == 1:
-        rounds = [restated(rounds[0], here)]
+    if shaped is not None and refuted is None:
+        better = base.bic - shaped.bic > named + clearly(named)
+        shaped = polished(setting, shaped) if better else None
+    contests: dict[str, dict[str, float]] = {}
+    # Names that explain less than half of what a shape does need no order among themselves.
+    if shaped is None or 2.0 * named > base.bic - shaped.bic:
+        report("asking again what was found first")
+        terms = len(here.terms)
+        here, contests = contest(setting, here, rounds)
+        if terms > len(here.terms) == 1:
+            rounds = [restated(rounds[0], here)]
     here = within_filter(setting, here, report)
     return Found(setting, base, tuple(rounds), here, contests, shaped, refuted)
 
@@ -236,10 +258,10 @@ def _sought(
         chosen = found.named[0] if found.named else None
         hopeless = chosen is None or chosen.criterion < needed
         if hopeless or nameless(found):
-            # A free shape stands in only where no name, nor two names together, come near.
-            rival = polished(setting, best.fit)
-            # One that came without the name that was chosen gives way to no small gain.
-            shaped = rival if shaped is None or rival.bic < shaped.bic - NEEDED else shaped
+            # A free shape stands in only where no name, nor two names together, come near. One
+            # that came without the name that was chosen gives way to no small gain.
+            nearer = shaped is None or best.fit.bic < shaped.bic - NEEDED
+            shaped = best.fit if nearer else shaped
         if chosen is None or hopeless:
             break
         report(f"refining {chosen.term.id}")

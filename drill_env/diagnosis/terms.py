@@ -125,6 +125,13 @@ class Shape:
         """How many numbers it has."""
         return len(self.knots)
 
+    @property
+    def made_of(self) -> tuple[str, ...]:
+        """Parameters of the rig that its torques are made of."""
+        if self.sort == "friction" and self.component == "lower":
+            return ("Tsl", "T1", "T2", "beta1", "beta2", "bl")
+        return {"drive": ("km",), "stiffness": ("ktheta",)}.get(self.sort, ())
+
     def response(self, q: FloatArray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
         """The function's torques and reading errors."""
         loads, errors = self.basis(rig, motion)
@@ -181,11 +188,12 @@ class Term:
     def slopes_by(self, names: Sequence[str], rig: Rig, motion: Motion) -> FloatArray:
         """Derivatives of torques (Nm) by parameters of the rig, shape (n, 2, len(names))."""
         out = np.zeros((len(motion.t), 2, len(names)))
-        # A plain free torque knows nothing of the rig.
-        if not names or (isinstance(self.source, Shape) and self.source.sort == "torque"):
+        made_of = self.source.made_of if isinstance(self.source, Shape) else names
+        told = [(i, name) for i, name in enumerate(names) if name in made_of]
+        if not told:
             return out
         below = self.source.response(self.q, rig, motion)[0]
-        for i, name in enumerate(names):
+        for i, name in told:
             value = getattr(rig, name)
             step = _RELATIVE_STEP * max(abs(value), _RELATIVE_STEP)
             moved = rig.replace(**{name: value + step})

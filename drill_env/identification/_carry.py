@@ -2,13 +2,13 @@
 
 from math import exp
 
-from drill_env._jit import kernel
+from drill_env._jit import inlined, kernel
 from drill_env.identification._filter_state import D_L, D_U, N_FILTER
 from drill_env.integrator._records import N_STATE
 
 
 @kernel
-def carry(path, t, rate, restarts, loads, errors, state, moved, out):
+def carry(path, t, rate, restarts, loads, errors, state, out):
     """Whitened slopes of the innovations by the sizes of many known torques and sensor errors.
 
     Args:
@@ -19,9 +19,8 @@ def carry(path, t, rate, restarts, loads, errors, state, moved, out):
         loads: torques on both discs over the interval after each row, Nm, shape (n, 2, m).
         errors: errors of the readings, rad or rad/s, shape (n, readings, m), or no rows.
         state: working array, shape (6, m).
-        moved: working array, shape (6, m).
-        out: filled with the slopes of the predicted readings over the innovations' standard
-            deviations, shape (n, readings, m).
+        out: zeros; filled with the slopes of the predicted readings over the innovations'
+            standard deviations, shape (n, readings, m).
     """
     count = loads.shape[2]
     window = 0
@@ -34,52 +33,61 @@ def carry(path, t, rate, restarts, loads, errors, state, moved, out):
                     state[i, c] = 0.0
         else:
             dt = t[k] - t[k - 1]
-            step(row, exp(-rate[0] * dt), exp(-rate[1] * dt), loads[k - 1], state, moved)
+            step(row, exp(-rate[0] * dt), exp(-rate[1] * dt), loads[k - 1], state)
         for e in range(out.shape[1]):
             if row.weight[e] == 0.0:
                 for c in range(count):
                     out[k, e, c] = 0.0
                 continue
-            if e < 2:
-                a = 1.0 if e == 0 else 0.0
-                for c in range(count):
-                    moved[0, c] = a * state[0, c] + state[3, c]
-            else:
-                for c in range(count):
-                    moved[0, c] = state[e - 1, c]
             if errors.shape[0] > 0:
                 for c in range(count):
-                    moved[0, c] += errors[k, e, c]
-            for c in range(count):
-                out[k, e, c] = moved[0, c] * row.weight[e]
-            for i in range(N_FILTER):
-                gain = row.gain[e, i]
-                for c in range(count):
-                    state[i, c] -= gain * moved[0, c]
+                    out[k, e, c] = errors[k, e, c]
+            read(row, e, state, out[k, e])
         for disc in range(2):
             if row.stuck[disc]:
                 for c in range(count):
                     state[1 + disc, c] = 0.0
 
 
-@kernel
-def step(row, decay_u, decay_l, loads, state, moved):
+@inlined
+def step(row, decay_u, decay_l, loads, state):
     """Errors of the filtered state over one interval under held torques."""
-    count = loads.shape[1]
-    for i in range(N_STATE):
-        for c in range(count):
-            moved[i, c] = row.F[i, D_U] * loads[0, c] + row.F[i, D_L] * loads[1, c]
-        for j in range(N_FILTER):
-            f = row.F[i, j]
-            if f != 0.0:
-                for c in range(count):
-                    moved[i, c] += f * state[j, c]
-    for i in range(N_STATE):
-        for c in range(count):
-            state[i, c] = moved[i, c]
-    for c in range(count):
+    a0, a1, a2 = row.F[0, 0], row.F[0, 1], row.F[0, 2]
+    a3, a4, a5 = row.F[0, 3], row.F[0, D_U], row.F[0, D_L]
+    b0, b1, b2 = row.F[1, 0], row.F[1, 1], row.F[1, 2]
+    b3, b4, b5 = row.F[1, 3], row.F[1, D_U], row.F[1, D_L]
+    c0, c1, c2 = row.F[2, 0], row.F[2, 1], row.F[2, 2]
+    c3, c4, c5 = row.F[2, 3], row.F[2, D_U], row.F[2, D_L]
+    d0, d1, d2 = row.F[3, 0], row.F[3, 1], row.F[3, 2]
+    d3, d4, d5 = row.F[3, 3], row.F[3, D_U], row.F[3, D_L]
+    # One loop over the columns, with all transitions in registers.
+    for c in range(state.shape[1]):
+        x, v, w, y = state[0, c], state[1, c], state[2, c], state[3, c]
+        du, dl = state[D_U, c] + loads[0, c], state[D_L, c] + loads[1, c]
+        state[0, c] = a0 * x + a1 * v + a2 * w + a3 * y + a4 * du + a5 * dl
+        state[1, c] = b0 * x + b1 * v + b2 * w + b3 * y + b4 * du + b5 * dl
+        state[2, c] = c0 * x + c1 * v + c2 * w + c3 * y + c4 * du + c5 * dl
+        state[3, c] = d0 * x + d1 * v + d2 * w + d3 * y + d4 * du + d5 * dl
         state[D_U, c] *= decay_u
         state[D_L, c] *= decay_l
+
+
+@inlined
+def read(row, reading, state, out):
+    """Errors of the filtered state after one reading, whose own errors are in `out`."""
+    a = 1.0 if reading == 0 else 0.0
+    place = 3 if reading < 2 else reading - 1
+    weight, gain = row.weight[reading], row.gain[reading]
+    g0, g1, g2, g3, g4, g5 = gain[0], gain[1], gain[2], gain[3], gain[4], gain[5]
+    for c in range(state.shape[1]):
+        wrong = a * state[0, c] + state[place, c] + out[c]
+        out[c] = wrong * weight
+        state[0, c] -= g0 * wrong
+        state[1, c] -= g1 * wrong
+        state[2, c] -= g2 * wrong
+        state[3, c] -= g3 * wrong
+        state[D_U, c] -= g4 * wrong
+        state[D_L, c] -= g5 * wrong
 
 
 @kernel

@@ -90,7 +90,7 @@ def release(f, run, reading, gap, variance, dt):
 @kernel
 def run_filter(
     f, p, run, work, tab, t, u, loads, effects, angles, noise, restarts, starts, buffers,
-    gradients, informations, trace, path,
+    gradients, informations, trace, path, slopes,
 ):  # fmt: skip
     """Filter one recording; the likelihood goes to `f`.
 
@@ -116,6 +116,8 @@ def run_filter(
         trace: filled per row and reading with the innovation and its variance, then the
             filtered state, shape (n, 2 readings + 6), or no rows.
         path: filled with what the filter did to errors, records of `path_type`, or no rows.
+        slopes: filled with the slopes of the predicted readings by the parameters and the start,
+            over the standard deviations, shape (n, readings, 19), or no rows.
 
     Returns:
         `DONE` or a failure of the integrator.
@@ -142,7 +144,10 @@ def run_filter(
             if trace.shape[0] > 0:
                 trace[k, 2 * e], trace[k, 2 * e + 1] = gap, variance
             if path.size > 0:
-                note_gain(f, path[k], e, gap, variance)
+                weight = note_gain(f, path[k], e, gap, variance)
+                if slopes.shape[0] > 0:
+                    for c in range(N_SLOPES):
+                        slopes[k, e, c] = f.slope[c] * weight
             if f.release > 0.0 and variance > 0.0 and k > 0:
                 release(f, run, e, gap, variance, t[k] - t[k - 1])
         f.load[0], f.load[1] = loads[k, 0], loads[k, 1]

@@ -57,8 +57,6 @@ def path_type(readings: int) -> np.dtype:
             ("weight", "f8", (readings,)),  # reciprocals of these, 1/rad or s/rad
             ("stuck", "i8", (2,)),
             ("P", "f8", (N_FILTER, N_FILTER)),  # covariance after the row's samples
-            # of the predicted readings, over the standard deviations
-            ("slopes", "f8", (readings, N_SLOPES)),
         ],
         align=True,
     )

@@ -10,12 +10,12 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from drill_env._types import FloatArray, IntArray
+from drill_env.identification._noise_slopes import N_NOISE, NOISE_SLOPES, noise_slopes
 from drill_env.identification.noise import NoiseModel
-from drill_env.identification.prediction_error import Trace, trace_of
+from drill_env.identification.prediction_error import Trace, flat, path_of, reading_variances
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
 
-_STEP = 1e-3
 _LONGEST_STEP = 2.0
 # Standard deviations of the prior on the logarithms: correlation times far from a tenth of a
 # second are hardly told from white or constant torques.
@@ -47,30 +47,24 @@ def noise_step(
         torques: whether the torques' size and correlation change, or the sensors' only.
         robust: standard deviations at which an innovation's weight ends.
         only: places of the values that move, in the order of `NoiseModel`; all by default.
-        known: traces at the present model, where they are at hand.
+        known: traces of `path_of` at the present model, where they are at hand.
     """
     logs = noise.vector()
     free = told(recordings, torques=torques)
     if only is not None:
         free = np.array(only)
-    tried = [logs + _STEP * unit for unit in np.eye(len(logs))[free]]
-    if known is None:
-        tried.insert(0, logs)
-    jobs = [
-        (samples, rig, NoiseModel.from_vector(logs), start, robust)
-        for samples, start in zip(recordings, starts, strict=True)
-        for logs in tried
-    ]
+    jobs = list(zip(recordings, starts, known or [None] * len(recordings), strict=True))
+
+    def one(job: tuple[Samples, FloatArray, Trace | None]) -> tuple[FloatArray, FloatArray]:
+        samples, start, trace = job
+        trace = trace or path_of(samples, rig, noise, start, robust).trace
+        return derivatives_by_noise(samples, noise, trace, robust)
+
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        traces = list(pool.map(lambda job: trace_of(*job), jobs))
-    gradient = (_PRECISION * (logs - _PRIOR))[free]
-    information = np.diag(_PRECISION[free])
-    for i in range(len(recordings)):
-        own = traces[i * len(tried) : (i + 1) * len(tried)]
-        base, moved = (own[0], own[1:]) if known is None else (known[i], own)
-        part = _scoring(base, moved, robust)
-        gradient, information = gradient + part[0], information + part[1]
-    step = np.linalg.solve(information, -gradient)
+        parts = list(pool.map(one, jobs))
+    gradient = (_PRECISION * (logs - _PRIOR) + np.sum([g for g, _ in parts], axis=0))[free]
+    information = np.diag(_PRECISION) + np.sum([i for _, i in parts], axis=0)
+    step = np.linalg.solve(information[np.ix_(free, free)], -gradient)
     step *= min(1.0, _LONGEST_STEP / max(float(np.abs(step).max()), 1e-12))
     logs[free] += step
     return NoiseModel.from_vector(np.clip(logs, _FLOORS, _CEILINGS))
@@ -87,12 +81,23 @@ def told(recordings: Sequence[Samples], *, torques: bool = True) -> IntArray:
     return np.concatenate([np.arange(_SENSORS) if torques else sensors[:0], sensors])
 
 
-def _scoring(base: Trace, moved: Sequence[Trace], robust: float) -> tuple[FloatArray, FloatArray]:
-    used = base.variance > 0
-    v = base.variance[used]
-    e = np.clip(base.innovation[used], -robust * np.sqrt(v), robust * np.sqrt(v))
-    slopes_v = np.array([np.log(m.variance[used] / v) / _STEP for m in moved])
-    slopes_e = np.array([(m.innovation - base.innovation)[used] / _STEP for m in moved])
-    gradient = slopes_v @ (0.5 * (1.0 - e * e / v)) + slopes_e @ (e / v)
-    information = 0.5 * slopes_v @ slopes_v.T + (slopes_e / v) @ slopes_e.T
+def derivatives_by_noise(
+    samples: Samples, noise: NoiseModel, trace: Trace, robust: float
+) -> tuple[FloatArray, FloatArray]:
+    """Gradient and expected curvature of half of the value by a noise model's logarithms."""
+    w = np.zeros(1, dtype=NOISE_SLOPES)
+    w["variance"] = (noise.torque_u**2, noise.torque_l**2)
+    w["rate"] = (1.0 / noise.tau_u, 1.0 / noise.tau_l)
+    w["robust"], w["release"] = robust, samples.release
+    by_size, by_gap = (np.zeros((*trace.innovation.shape, N_NOISE)) for _ in range(2))
+    noise_slopes(
+        w[0], samples.t, samples.restarts, trace.transitions, trace.stuck, trace.state,
+        trace.innovation, trace.variance, reading_variances(samples, noise), by_size, by_gap,
+    )  # fmt: skip
+    used = trace.variance > 0
+    by_size, by_gap = flat(by_size, used), flat(by_gap, used)
+    v, e = flat(trace.variance, used), flat(trace.innovation, used)
+    e = np.clip(e, -robust * np.sqrt(v), robust * np.sqrt(v))
+    gradient = by_size.T @ (0.5 * (1.0 - e * e / v)) + by_gap.T @ (e / v)
+    information = 0.5 * by_size.T @ by_size + by_gap.T @ (by_gap / v[:, np.newaxis])
     return gradient, information

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drill_env._types import FloatArray, IntArray
+from drill_env._types import BoolArray, FloatArray, IntArray
 from drill_env.effects import LIBRARY, ORDER
 from drill_env.effects._bundle import Bundle
 from drill_env.effects._signal import RESPONSE, SIGNAL
@@ -76,11 +76,16 @@ class Trace:
         innovation: measured minus predicted reading, in the order and shape of `Samples.angles`.
         variance: variance the filter gave it; 0 where no sample is.
         state: twist, omega_u, omega_l, theta_l, d_u, d_l; shape (n, 6).
+        transitions: of the state into each row, in single precision, shape (n, 4, 6); no rows
+            where the pass kept none.
+        stuck: which discs rest at each row, shape (n, 2), likewise.
     """
 
     innovation: FloatArray
     variance: FloatArray
     state: FloatArray
+    transitions: np.ndarray
+    stuck: np.ndarray
 
     @property
     def standardised(self) -> FloatArray:
@@ -97,11 +102,14 @@ class Path:
         value: minus twice the log likelihood of the readings, without constant and starts.
         trace: innovations and filtered states.
         rows: records of `path_type`, shape (n,).
+        slopes: of the predicted readings by the parameters and the start, over their standard
+            deviations, shape (n, readings, 19); no rows where none were wanted.
     """
 
     value: float
     trace: Trace
     rows: np.ndarray
+    slopes: FloatArray
 
 
 class _Run(NamedTuple):
@@ -112,6 +120,7 @@ class _Run(NamedTuple):
     informations: FloatArray
     trace: FloatArray
     path: np.ndarray
+    slopes: FloatArray
 
 
 def _acting(bundle: Bundle) -> Acting:
@@ -158,13 +167,13 @@ def _filter(
         f, np.zeros((windows, N_SLOPES)), np.zeros((windows, N_SLOPES, N_SLOPES)),
         np.zeros((rows, 2 * readings + N_FILTER)),
         np.zeros(path_rows, dtype=PATH if readings == 2 else PATH_WITH_VELOCITIES),
+        np.zeros((path_rows if slopes else 0, readings, N_SLOPES)),
     )  # fmt: skip
-    sizes = np.array([getattr(noise, name) for name in SENSORS[:readings]])
-    variance = samples.repeats * sizes**2
+    variance = reading_variances(samples, noise)
     status = run_filter(
         f[0], kernel_record(rig)[0], run[0], work[0], TABLEAUX["dopri5"][0], samples.t, samples.u,
         samples.loads, acting, samples.angles, variance, samples.restarts, starts, buffers,
-        left.gradients, left.informations, left.trace, left.path,
+        left.gradients, left.informations, left.trace, left.path, left.slopes,
     )  # fmt: skip
     if status != DONE:
         f["value"] = math.inf
@@ -216,12 +225,27 @@ def trace_of(
     rows = _filter(
         samples, rig, noise, starts, slopes=False, robust=robust, rows=len(samples.t)
     ).trace
-    return _trace(rows)
+    return _trace(rows, np.zeros(0, dtype=PATH))
 
 
-def _trace(rows: FloatArray) -> Trace:
+def _trace(rows: FloatArray, path: np.ndarray) -> Trace:
     ends = rows.shape[1] - N_FILTER
-    return Trace(rows[:, 0:ends:2], rows[:, 1:ends:2], rows[:, ends:])
+    # Traces are kept by the dozen: they hold what they need and nothing twice as fine.
+    return Trace(
+        rows[:, 0:ends:2], rows[:, 1:ends:2], rows[:, ends:],
+        path["F"].astype(np.float32), path["stuck"].astype(np.bool_),
+    )  # fmt: skip
+
+
+def flat(values: FloatArray, used: BoolArray) -> FloatArray:
+    """Values of the used readings, one after another; a choice would copy them row by row."""
+    return values.reshape(-1, *values.shape[2:]) if used.all() else values[used]
+
+
+def reading_variances(samples: Samples, noise: NoiseModel) -> FloatArray:
+    """Variances of the samples under a noise model, rad^2 or rad^2/s^2, shape (n, readings)."""
+    sizes = np.array([getattr(noise, name) for name in SENSORS[: samples.angles.shape[1]]])
+    return samples.repeats * sizes**2
 
 
 def value_of(
@@ -255,4 +279,5 @@ def path_of(
     left = _filter(
         samples, rig, noise, starts, slopes=slopes, robust=robust, rows=rows, path_rows=rows
     )
-    return Path(float(left.f["value"][0]), _trace(left.trace), left.path)
+    trace = _trace(left.trace, left.path)
+    return Path(float(left.f["value"][0]), trace, left.path, left.slopes)

@@ -46,17 +46,17 @@ def _widened(information: FloatArray, meat: FloatArray) -> FloatArray:
 def _meat(problem: Problem, point: Point, index: int) -> FloatArray:
     samples, starts = problem.samples[index], point.starts[index]
     noise = point.noise[problem.groups[index]]
-    rows = path_of(samples, point.rig, noise, starts, problem.robust, slopes=True).rows
+    path = path_of(samples, point.rig, noise, starts, problem.robust, slopes=True)
     places = [SYMBOLS.index(name) for name in problem.coordinates.free]
-    slopes = rows["slopes"][:, :, places] @ problem.coordinates.jacobian(point.vector)
+    slopes = path.slopes[:, :, places] @ problem.coordinates.jacobian(point.vector)
     edges = [*samples.restarts.tolist(), len(samples.t)]
     outer = []
     for window, column in zip(*np.nonzero(samples.spreads), strict=True):
-        part = np.zeros(rows["white"].shape)
+        part = np.zeros(path.rows["white"].shape)
         span = slice(edges[window], edges[window + 1])
-        part[span] = rows["slopes"][span, :, len(SYMBOLS) + column]
+        part[span] = path.slopes[span, :, len(SYMBOLS) + column]
         outer.append(part)
-    scores = _reduced(np.moveaxis(slopes, 2, 0), np.array(outer), rows["white"])
+    scores = _reduced(np.moveaxis(slopes, 2, 0), np.array(outer), path.rows["white"])
     return _newey_west(scores, max(1, round(_LAG_S / samples.recording.interval)))
 
 

@@ -72,6 +72,6 @@ def slopes_of(
     rate = np.array([1.0 / noise.tau_u, 1.0 / noise.tau_l])
     carry(
         path.rows, samples.t, rate, samples.restarts, np.ascontiguousarray(loads),
-        np.ascontiguousarray(wrong), state, np.zeros_like(state), out,
+        np.ascontiguousarray(wrong), state, out,
     )  # fmt: skip
     return out
