@@ -41,9 +41,9 @@ LAST_ROUNDS = 15
 # Steps that promise less than this share of what a round must gain are not tried.
 _PROMISE = 0.2
 
-# Gain of a round below which a fit is at its end. A free shape creeps on along what the rig's own
-# parameters can do in its place, which changes neither.
-_ENOUGH, _ENOUGH_OF_SHAPES = 0.5, 2.0
+# Gain of a round below which a fit is at its end; a free shape's most rounds, and gain. It creeps
+# on and on while it cancels what the rig's own parameters do, and they it.
+_ENOUGH, _SHAPE_ROUNDS = 0.5, (5, 2.0)
 
 # Change of the logarithms of a noise model that counts as none.
 _STILL = 0.03
@@ -236,11 +236,12 @@ def _with_noise(setting: Setting, here: Fit, noise: NoiseModel) -> Fit:
 
 def polished(setting: Setting, fit: Fit) -> Fit:
     """The fit carried on to its end, its motions told anew, all of the noise free."""
-    enough = _ENOUGH_OF_SHAPES if isinstance(fit.terms[-1].source, Shape) else _ENOUGH
+    shaped = isinstance(fit.terms[-1].source, Shape)
+    rounds, enough = _SHAPE_ROUNDS if shaped else (LAST_ROUNDS, _ENOUGH)
     for _ in range(3):
         before = fit.value
         fit = with_new_motions(setting, fit)
-        fit = descend_jointly(setting, fit, limit=LAST_ROUNDS, enough=enough, only=None)
+        fit = descend_jointly(setting, fit, limit=rounds, enough=enough, only=None)
         if abs(before - fit.value) < 5.0:
             break
     return fit
