@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import drill_env.diagnosis.law as law
 from drill_env import Rig
-from drill_env.diagnosis.law import law_fit
+from drill_env.diagnosis.extended import evaluate
+from drill_env.diagnosis.law import law_fit, nearest_of_law
 from drill_env.diagnosis.offered import free_parameters
 from drill_env.diagnosis.search import find
+from drill_env.identification.coordinates import Coordinates
 from drill_env.identification.samples import prepare
 from drill_env.integrator import sampled_voltage, simulate
 from drill_env.recordings import Recording
@@ -46,8 +50,45 @@ def test_a_search_with_the_humped_law_is_made_where_it_is_asked_for(made_by, ask
         return find(*args, **options)
 
     monkeypatch.setattr(law, "find", searched)
-    found = law_fit(samples, rig, plain, (), 0, lambda text: None)
+    found, own = law_fit(samples, rig, plain, (), 0, lambda text: None)
+    assert own is plain
     assert len(searches) == asked
     assert (found is not None) == asked
     if found is not None:
         assert found.gain > 1000.0 and found.found.final.rig.friction == "humped"
+
+
+def test_a_law_that_bends_to_no_hump_is_the_rigs_own():
+    speeds = np.linspace(0.05, 8.0, 200)
+    flat = Rig.paper().replace(T1=0.0, T2=0.0, Tsl=0.2, bl=0.03)
+    near = nearest_of_law(flat, COULOMB, speeds)
+    assert near is not None and near.friction == "coulomb"
+    assert (near.Tsl, near.bl) == pytest.approx((0.2, 0.03))
+    falling = COULOMB.replace(friction="stribeck", T1=-0.04, beta1=2.0)
+    assert nearest_of_law(falling.replace(friction="humped"), COULOMB, speeds) is None
+    assert nearest_of_law(Rig.paper(), COULOMB, speeds) is None
+    assert nearest_of_law(Rig.paper(), falling, speeds) is None
+
+
+def test_a_better_fit_is_kept_under_the_rigs_own_law(monkeypatch):
+    """The search with the simpler law ended badly, and the other one found a law without a hump."""
+    samples = [prepare(of_coulomb(i), COULOMB) for i in range(2)]
+    plain = find(samples, COULOMB, free_parameters(COULOMB), (), most=0)
+    end, setting = plain.final, plain.setting
+    vector = setting.coordinates.vector(end.rig.replace(Tsl=1.2 * end.rig.Tsl))
+    spoilt = evaluate(setting, vector, (), end.noise, end.starts, end.motions)
+    assert spoilt.bic > end.bic + 100.0
+
+    def flat(samples, rig, free, effects, **options):
+        there = replace(setting, coordinates=Coordinates(rig, tuple(free)))
+        law = rig.replace(**{n: getattr(end.rig, n) for n in setting.coordinates.free})
+        at = there.coordinates.vector(law.replace(T1=1e-7, T2=-1e-7))
+        fit = evaluate(there, at, (), end.noise, end.starts, end.motions)
+        return replace(plain, setting=there, base=fit, final=fit)
+
+    monkeypatch.setattr(law, "find", flat)
+    bad = replace(plain, base=spoilt, final=spoilt)
+    found, own = law_fit(samples, COULOMB, bad, (), 0, lambda text: None)
+    assert found is None
+    assert own.final.rig.friction == "coulomb"
+    assert own.final.bic == pytest.approx(end.bic, abs=5.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from drill_env.diagnosis.attempts import restated
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.joint import LAST_ROUNDS, descend_jointly, polished
@@ -72,5 +73,9 @@ def trimmed(found: Found) -> Found:
         return replace(found, final=found.base)
     fewer = without(found.setting, final, len(final.terms) - 1)
     fewer = descend_jointly(found.setting, fewer, limit=LAST_ROUNDS, enough=0.5, only=None)
-    # What was gained beside the term that is gone tells nothing any more.
-    return replace(found, final=fewer, contests={})
+    # What was gained beside the term that is gone tells nothing any more. The one that is left may
+    # have come in another's place.
+    rounds = found.rounds
+    if len(fewer.terms) == 1 and not rounds[0].before.terms:
+        rounds = (restated(rounds[0], fewer), *rounds[1:])
+    return replace(found, final=fewer, rounds=rounds, contests={})

@@ -149,7 +149,7 @@ def _diagnose(
     law = None
     if rig.friction != "humped" and rig.inertias == 2 and "friction_shape" not in options.leave_out:
         report("trying another friction law")
-        law = law_fit(
+        law, found = law_fit(
             samples, rig, found, library, options.most, report, options.doubt, options.fixed
         )
     report("judging held-out recordings")

@@ -236,7 +236,7 @@ def _with_noise(setting: Setting, here: Fit, noise: NoiseModel) -> Fit:
 
 def polished(setting: Setting, fit: Fit) -> Fit:
     """The fit carried on to its end, its motions told anew, all of the noise free."""
-    shaped = isinstance(fit.terms[-1].source, Shape)
+    shaped = bool(fit.terms) and isinstance(fit.terms[-1].source, Shape)
     rounds, enough = _SHAPE_ROUNDS if shaped else (LAST_ROUNDS, _ENOUGH)
     for _ in range(3):
         before = fit.value

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Container, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import numpy as np
+
+from drill_env._errors import InputError
+from drill_env._types import FloatArray
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import remaining
@@ -14,11 +18,15 @@ from drill_env.diagnosis.remainder import PREDICTABLE, Latent, remainder_of
 from drill_env.diagnosis.rounds import NEEDED, Found
 from drill_env.diagnosis.search import base_fit, find
 from drill_env.effects import Effect
+from drill_env.friction import lower_curve
 from drill_env.identification.coordinates import active_names
 from drill_env.identification.samples import Samples
 from drill_env.parameters import SYMBOLS, Rig
 
 _LOWER = ("Tsl", "T1", "T2", "beta1", "beta2", "bl")
+# Share of the friction (root mean square) by which a law must bend away from the rig's own to be
+# another one. A brake without a hump had 0.0002, one of eddy currents 0.14, the paper's 0.12.
+_BENT = 0.01
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,8 +49,10 @@ class LawFit:
 def law_fit(
     samples: Sequence[Samples], rig: Rig, plain: Found, effects: Sequence[Effect], most: int,
     report: Callable[[str], None], doubt: float = 0.05, fixed: Container[str] = (),
-) -> LawFit | None:  # fmt: skip
-    """The search with the humped law, or None where the rig's own law does as well.
+) -> tuple[LawFit | None, Found]:  # fmt: skip
+    """The search with the humped law, if it is another one, and the search with the rig's own law.
+
+    The second is the given one, or what the first found where its law bends to no hump.
 
     Args:
         samples: recordings.
@@ -62,10 +72,57 @@ def law_fit(
     more = len(free) - len(plain.setting.coordinates.free)
     price = more * math.log(max(plain.final.count, 2))
     if not _asked_for(humped, free, plain, doubt, price):
-        return None
+        return None, plain
     found = find(samples, humped, free, effects, most=most, doubt=doubt, report=report)
     gain = plain.final.bic - found.final.bic - price
-    return LawFit(plain.setting, plain.base, found, gain) if gain >= NEEDED else None
+    if gain < NEEDED:
+        return None, plain
+    near = nearest_of_law(found.final.rig, plain.final.rig, _speeds(found.final))
+    if near is None:
+        return LawFit(plain.setting, plain.base, found, gain), plain
+    return None, _with_own_law(found, plain, near)
+
+
+def nearest_of_law(rig: Rig, own: Rig, speeds: FloatArray) -> Rig | None:
+    """A rig with another one's law in place of its own; None where its own bends away from that.
+
+    Args:
+        rig: with the humped law.
+        own: with a simpler one.
+        speeds: of the lower disc, rad/s, shape (n,).
+    """
+    curve = lower_curve(rig, speeds)
+    columns = {"Tsl": np.ones_like(speeds), "bl": speeds}
+    if own.friction == "stribeck":
+        columns["T1"] = 1.0 - np.exp(-own.beta1 * speeds)
+    basis = np.column_stack(list(columns.values()))
+    values = np.linalg.lstsq(basis, curve, rcond=None)[0]
+    bent = float(np.linalg.norm(curve - basis @ values))
+    if bent > _BENT * float(np.linalg.norm(curve)):
+        return None
+    law = dict(zip(columns, values.tolist(), strict=True))
+    kept = {name: getattr(own, name) for name in _LOWER} | law
+    try:
+        return rig.replace(friction=own.friction, **kept)
+    except InputError:
+        return None
+
+
+def _speeds(fit: Fit) -> FloatArray:
+    """Speeds (rad/s) of the lower disc while it turns."""
+    speeds = np.abs(np.concatenate([motion.states[:, 2] for motion in fit.motions]))
+    return speeds[speeds > 0.0]
+
+
+def _with_own_law(found: Found, plain: Found, rig: Rig) -> Found:
+    """What a search with the humped law found, under the rig's own, if that does better."""
+    setting, fit = plain.setting, found.final
+    vector = setting.coordinates.vector(rig)
+    here = evaluate(setting, vector, fit.terms, fit.noise, fit.starts, fit.motions)
+    here = polished(setting, here)
+    if not here.bic < plain.final.bic:
+        return plain
+    return replace(found, setting=setting, base=plain.base, final=here, nameless=None)
 
 
 def _asked_for(humped: Rig, free: Sequence[str], plain: Found, doubt: float, price: float) -> bool:
