@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from drill_env.diagnosis import contest, judging
 from drill_env.diagnosis import diagnose as module
-from drill_env.diagnosis import judging
 from drill_env.diagnosis.belief import belief_in, rivals
 from drill_env.diagnosis.law import LawFit
 from drill_env.diagnosis.rounds import Attempt, Found, Round
@@ -110,3 +110,15 @@ def test_a_friction_law_with_which_all_is_predicted_far_worse_is_none(monkeypatc
     law = LawFit(setting, plain.base, humped, 500.0)
     kept, found, *_ = module._held_out(plain, law, [])
     assert (kept, found) == ((law, humped) if stays else (None, plain))
+
+
+def test_a_name_that_came_in_anothers_place_is_believed_when_it_is_left_alone(monkeypatch):
+    """Springy gears that had taken a lag's place stood with the chance that they had before."""
+    monkeypatch.setattr(contest, "descend_jointly", lambda setting, fit, **_: fit)
+    alone = fit_of(-1400.0, "brake_runout")
+    monkeypatch.setattr(contest, "without", lambda setting, fit, place: alone)
+    base, fits = fit_of(0.0), [fit_of(-800.0, "unbalance"), fit_of(-600.0, "brake_runout")]
+    named = tuple(Attempt(f, f.terms[0], -f.value, -f.bic) for f in fits)
+    both = fit_of(-1500.0, "brake_runout", "quadratic_drag")
+    found = contest.trimmed(Found(None, base, (Round(base, (), named, ()),), both))
+    assert belief_in(found, "brake_runout") > 0.9
