@@ -71,8 +71,13 @@ def law_fit(
     # The two laws have not the same parameters, which the criterion of one rig leaves out.
     more = len(free) - len(plain.setting.coordinates.free)
     price = more * math.log(max(plain.final.count, 2))
-    if not _asked_for(humped, free, plain, doubt, price):
-        return None, plain
+    if not _left_at_the_brake(plain):
+        beside = _beside(humped, free, plain, doubt)
+        if plain.final.bic - beside.bic <= price:
+            return None, plain
+        near = nearest_of_law(beside.rig, plain.final.rig, _speeds(beside))
+        if near is not None:
+            return None, _with_own_law(replace(plain, final=beside), plain, near)
     found = find(samples, humped, free, effects, most=most, doubt=doubt, report=report)
     gain = plain.final.bic - found.final.bic - price
     if gain < NEEDED:
@@ -125,17 +130,21 @@ def _with_own_law(found: Found, plain: Found, rig: Rig) -> Found:
     return replace(found, setting=setting, base=plain.base, final=here, nameless=None)
 
 
-def _asked_for(humped: Rig, free: Sequence[str], plain: Found, doubt: float, price: float) -> bool:
-    """Whether the law does better beside what was found, or that leaves something predictable.
+def _left_at_the_brake(plain: Found) -> bool:
+    """Whether the motion predicts what a simpler law leaves over at the lower disc."""
+    fit, setting = plain.final, plain.setting
+    left = remainder_of([Latent(*remaining(s, setting, fit)) for s in setting.samples])
+    return left.shares[1] > PREDICTABLE
+
+
+def _beside(humped: Rig, free: Sequence[str], plain: Found, doubt: float) -> Fit:
+    """The humped law fitted beside what was found with a simpler one.
 
     A search of its own takes several times as long as this.
     """
-    fit, before = plain.final, plain.setting
-    left = remainder_of([Latent(*remaining(s, before, fit)) for s in before.samples])
-    if max(left.shares) > PREDICTABLE:
-        return True
-    setting, alone = base_fit(before.samples, humped, free, doubt)
-    if fit.terms:
-        here = evaluate(setting, alone.vector, fit.terms, fit.noise, fit.starts, fit.motions)
-        alone = polished(setting, here)
-    return fit.bic - alone.bic > price
+    fit = plain.final
+    setting, alone = base_fit(plain.setting.samples, humped, free, doubt)
+    if not fit.terms:
+        return alone
+    here = evaluate(setting, alone.vector, fit.terms, fit.noise, fit.starts, fit.motions)
+    return polished(setting, here)
