@@ -10,6 +10,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
+from drill_env.diagnosis.attempts import restated
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import remaining
@@ -77,7 +78,7 @@ def law_fit(
             return None, plain
         near = nearest_of_law(beside.rig, plain.final.rig, _speeds(beside))
         if near is not None:
-            return None, _with_own_law(replace(plain, final=beside), plain, near)
+            return None, _with_own_law(beside, plain, near)
     found = find(samples, humped, free, effects, most=most, doubt=doubt, report=report)
     gain = plain.final.bic - found.final.bic - price
     if gain < NEEDED:
@@ -85,7 +86,7 @@ def law_fit(
     near = nearest_of_law(found.final.rig, plain.final.rig, _speeds(found.final))
     if near is None:
         return LawFit(plain.setting, plain.base, found, gain), plain
-    return None, _with_own_law(found, plain, near)
+    return None, _with_own_law(found.final, plain, near)
 
 
 def nearest_of_law(rig: Rig, own: Rig, speeds: FloatArray) -> Rig | None:
@@ -119,15 +120,25 @@ def _speeds(fit: Fit) -> FloatArray:
     return speeds[speeds > 0.0]
 
 
-def _with_own_law(found: Found, plain: Found, rig: Rig) -> Found:
-    """What a search with the humped law found, under the rig's own, if that does better."""
-    setting, fit = plain.setting, found.final
+def _with_own_law(fit: Fit, plain: Found, rig: Rig) -> Found:
+    """What a fit with the humped law found, under the rig's own, if that does better.
+
+    Names that the search with the rig's own law never tried have no chance there: they stay out.
+    """
+    setting = plain.setting
     vector = setting.coordinates.vector(rig)
     here = evaluate(setting, vector, fit.terms, fit.noise, fit.starts, fit.motions)
     here = polished(setting, here)
+    rounds, contests = plain.rounds, plain.contests
+    if {t.id for t in here.terms} != {t.id for t in plain.final.terms}:
+        if len(here.terms) > 1:
+            return plain
+        contests = {}
+        if here.terms and rounds:
+            rounds = (restated(rounds[0], here), *rounds[1:])
     if not here.bic < plain.final.bic:
         return plain
-    return replace(found, setting=setting, base=plain.base, final=here, nameless=None)
+    return replace(plain, final=here, rounds=rounds, contests=contests, nameless=None)
 
 
 def _left_at_the_brake(plain: Found) -> bool:
