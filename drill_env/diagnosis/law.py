@@ -16,7 +16,7 @@ from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import remaining
 from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.remainder import PREDICTABLE, Latent, remainder_of
-from drill_env.diagnosis.rounds import NEEDED, Found
+from drill_env.diagnosis.rounds import NEEDED, Found, clearly
 from drill_env.diagnosis.search import base_fit, find
 from drill_env.effects import Effect
 from drill_env.friction import lower_curve
@@ -138,7 +138,11 @@ def _with_own_law(fit: Fit, plain: Found, rig: Rig) -> Found:
             rounds = (restated(rounds[0], here), *rounds[1:])
     if not here.bic < plain.final.bic:
         return plain
-    return replace(plain, final=here, rounds=rounds, contests=contests, nameless=None)
+    found = replace(plain, final=here, rounds=rounds, contests=contests)
+    named, shaped = plain.base.bic - here.bic, plain.nameless
+    if shaped is not None and plain.base.bic - shaped.bic <= named + clearly(named):
+        found = replace(found, nameless=None)
+    return found
 
 
 def _left_at_the_brake(plain: Found) -> bool:
