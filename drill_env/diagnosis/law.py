@@ -140,9 +140,10 @@ def _with_own_law(fit: Fit, plain: Found, rig: Rig) -> Found:
         return plain
     found = replace(plain, final=here, rounds=rounds, contests=contests)
     named, shaped = plain.base.bic - here.bic, plain.nameless
-    if shaped is not None and plain.base.bic - shaped.bic <= named + clearly(named):
-        found = replace(found, nameless=None)
-    return found
+    if shaped is None or plain.refuted is not None:
+        return found
+    better = plain.base.bic - shaped.bic > named + clearly(named)
+    return found if better else replace(found, nameless=None)
 
 
 def _left_at_the_brake(plain: Found) -> bool:
