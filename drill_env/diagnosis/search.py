@@ -11,6 +11,7 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env.diagnosis.attempts import (
     FIRST_ROUNDS,
+    attempted,
     best_of_each,
     carried_on,
     heated,
@@ -234,6 +235,24 @@ def find(
     return Found(setting, base, tuple(rounds), here, contests, shaped, refuted)
 
 
+def _refined(setting: Setting, found: Round, report: Report) -> tuple[Round, Fit]:
+    """The best name of a round carried to its end, and a close rival, which may then be better."""
+    fits = []
+    for attempt in found.named[:2]:
+        if attempt.criterion > found.named[0].criterion - NEEDED_BESIDE:
+            report(f"refining {attempt.term.id}")
+            fits.append(polished(setting, attempt.fit))
+    if len(fits) == 1:
+        return found, fits[0]
+    # Each had been told along a motion of its own of some rounds ago. The better one keeps the lead
+    # over the names that are not refined, the other one falls behind by what it is worse.
+    best = min(fits, key=lambda fit: fit.bic)
+    lead = found.named[0].criterion - attempted(found.before, best).criterion
+    told = [attempted(found.before, fit) for fit in fits]
+    told = [replace(a, gain=a.gain + lead, criterion=a.criterion + lead) for a in told]
+    return replace(found, named=tuple(best_of_each([*told, *found.named[2:]]))), best
+
+
 def _sought(
     setting: Setting, base: Fit, effects: Sequence[Effect], most: int, report: Report
 ) -> tuple[Fit, Fit | None, Fit | None, list[Round]]:
@@ -264,6 +283,5 @@ def _sought(
             shaped = best.fit if nearer else shaped
         if chosen is None or hopeless:
             break
-        report(f"refining {chosen.term.id}")
-        here = polished(setting, chosen.fit)
+        rounds[-1], here = _refined(setting, found, report)
     return here, shaped, None, rounds

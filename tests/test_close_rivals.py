@@ -1,0 +1,55 @@
+"""Two names that explain nearly the same: both are carried to their end before one is chosen."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from drill_env.diagnosis import search as module
+from drill_env.diagnosis.rounds import Attempt, Round
+from drill_env.diagnosis.terms import Named, Term
+from drill_env.effects import LIBRARY
+
+
+def fit_of(value, *names):
+    terms = tuple(Term(Named(LIBRARY[n]), np.ones(1)) for n in names)
+    return SimpleNamespace(bic=value, value=value, terms=terms)
+
+
+def refined(monkeypatch, criteria, ends):
+    """The round and the name that `_refined` leaves, and which names were refined."""
+    base = fit_of(0.0)
+    fits = [fit_of(-c, name) for name, c in criteria.items()]
+    named = tuple(Attempt(f, f.terms[0], -f.value, -f.bic) for f in fits)
+    carried = []
+
+    def polished(setting, fit):
+        carried.append(fit.terms[0].id)
+        return fit_of(-ends[fit.terms[0].id], fit.terms[0].id)
+
+    monkeypatch.setattr(module, "polished", polished)
+    found, fit = module._refined(None, Round(base, (), named, ()), lambda text: None)
+    return {a.term.id: a.criterion for a in found.named}, fit.terms[0].id, carried
+
+
+CRITERIA = {"gear_compliance": 12881.0, "actuator_lag": 12856.0, "input_delay": 12800.0}
+
+
+def test_the_one_that_ends_better_is_chosen(monkeypatch):
+    """A lag was called a springy gear, which lost 200 along its own motion."""
+    ends = {"gear_compliance": 12659.0, "actuator_lag": 12856.0}
+    named, best, carried = refined(monkeypatch, CRITERIA, ends)
+    assert best == "actuator_lag" and carried == ["gear_compliance", "actuator_lag"]
+    assert list(named) == ["actuator_lag", "input_delay", "gear_compliance"]
+    assert named["actuator_lag"] - named["gear_compliance"] == pytest.approx(197.0)
+    # What was not refined stays as far behind the lead as it was.
+    assert named["actuator_lag"] - named["input_delay"] == pytest.approx(81.0)
+
+
+def test_a_name_far_behind_is_not_refined(monkeypatch):
+    criteria = CRITERIA | {"actuator_lag": 12700.0}
+    named, best, carried = refined(monkeypatch, criteria, {"gear_compliance": 12900.0})
+    assert best == "gear_compliance" and carried == ["gear_compliance"]
+    assert named == criteria
