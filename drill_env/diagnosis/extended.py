@@ -18,6 +18,7 @@ from drill_env.identification.prediction_error import Path, Trace, flat, path_of
 from drill_env.identification.samples import Samples
 from drill_env.identification.smoothing import slopes_of, smoothed
 from drill_env.parameters import SYMBOLS, Rig
+from drill_env.parameters.rig import LOWER_LAW
 
 THREADS = 2
 # Parameters that the torques of effects and shapes of a component are made of.
@@ -25,7 +26,7 @@ _ACTS_BY = {
     "actuator": ("km",),
     "upper": ("km", "Tsu", "dTsu", "bu", "dbu", "ktheta"),
     "string": ("ktheta",),
-    "lower": ("Tsl", "T1", "T2", "beta1", "beta2", "bl"),
+    "lower": LOWER_LAW,
     "sensor": (),
 }
 

@@ -23,8 +23,8 @@ from drill_env.friction import lower_curve
 from drill_env.identification.coordinates import active_names
 from drill_env.identification.samples import Samples
 from drill_env.parameters import SYMBOLS, Rig
+from drill_env.parameters.rig import LOWER_LAW
 
-_LOWER = ("Tsl", "T1", "T2", "beta1", "beta2", "bl")
 # Share of the friction (root mean square) by which a law must bend away from the rig's own to be
 # another one. A brake without a hump had 0.0002, one of eddy currents 0.14, the paper's 0.12.
 _BENT = 0.01
@@ -65,7 +65,7 @@ def law_fit(
         doubt: relative standard deviation of the rig's parameters around the start.
         fixed: parameters that are held as given.
     """
-    paper, freed = Rig.paper(), [name for name in _LOWER if name not in fixed]
+    paper, freed = Rig.paper(), [name for name in LOWER_LAW if name not in fixed]
     humped = rig.replace(friction="humped", **{name: getattr(paper, name) for name in freed})
     kept = {*plain.setting.coordinates.free, *freed}
     free = [n for n in SYMBOLS if n in active_names(humped) & kept]
@@ -107,7 +107,7 @@ def nearest_of_law(rig: Rig, own: Rig, speeds: FloatArray) -> Rig | None:
     if bent > _BENT * float(np.linalg.norm(curve)):
         return None
     law = dict(zip(columns, values.tolist(), strict=True))
-    kept = {name: getattr(own, name) for name in _LOWER} | law
+    kept = {name: getattr(own, name) for name in LOWER_LAW} | law
     try:
         return rig.replace(friction=own.friction, **kept)
     except InputError:
@@ -125,20 +125,21 @@ def _with_own_law(fit: Fit, plain: Found, rig: Rig) -> Found:
 
     Names that the search with the rig's own law never tried have no chance there: they stay out.
     """
+    same = {t.id for t in fit.terms} == {t.id for t in plain.final.terms}
+    if len(fit.terms) > 1 and not same:
+        return plain
     setting = plain.setting
     vector = setting.coordinates.vector(rig)
     here = evaluate(setting, vector, fit.terms, fit.noise, fit.starts, fit.motions)
     here = polished(setting, here)
-    rounds, contests = plain.rounds, plain.contests
-    if {t.id for t in here.terms} != {t.id for t in plain.final.terms}:
-        if len(here.terms) > 1:
-            return plain
-        contests = {}
-        if here.terms and rounds:
-            rounds = (restated(rounds[0], here), *rounds[1:])
     if not here.bic < plain.final.bic:
         return plain
-    found = replace(plain, final=here, rounds=rounds, contests=contests)
+    found = replace(plain, final=here)
+    if not same:
+        found = replace(found, contests={})
+        if here.terms and found.rounds:
+            rounds = (restated(found.rounds[0], here), *found.rounds[1:])
+            found = replace(found, rounds=rounds)
     named, shaped = plain.base.bic - here.bic, plain.nameless
     if shaped is None or plain.refuted is not None:
         return found

@@ -16,6 +16,7 @@ from drill_env.effects.along import Motion, response_along
 from drill_env.effects.declared import bundled
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
+from drill_env.parameters.rig import LOWER_LAW
 
 _RELATIVE_STEP = 1e-4
 # Events that come a little early or late make predictions rough: two in a hundred even that out.
@@ -129,7 +130,7 @@ class Shape:
     def made_of(self) -> tuple[str, ...]:
         """Parameters of the rig that its torques are made of."""
         if self.sort == "friction" and self.component == "lower":
-            return ("Tsl", "T1", "T2", "beta1", "beta2", "bl")
+            return LOWER_LAW
         return {"drive": ("km",), "stiffness": ("ktheta",)}.get(self.sort, ())
 
     def response(self, q: FloatArray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:

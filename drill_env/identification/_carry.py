@@ -36,8 +36,6 @@ def carry(path, t, rate, restarts, loads, errors, state, out):
             step(row, exp(-rate[0] * dt), exp(-rate[1] * dt), loads[k - 1], state)
         for e in range(out.shape[1]):
             if row.weight[e] == 0.0:
-                for c in range(count):
-                    out[k, e, c] = 0.0
                 continue
             if errors.shape[0] > 0:
                 for c in range(count):

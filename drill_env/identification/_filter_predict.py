@@ -2,7 +2,7 @@
 
 from math import exp
 
-from drill_env._jit import inlined, kernel
+from drill_env._jit import kernel
 from drill_env.identification._filter_effects import act, bend_transition
 from drill_env.identification._filter_state import D_L, D_U, N_FILTER, N_SLOPES
 from drill_env.integrator._advance import DONE, advance
@@ -28,6 +28,11 @@ def spread_covariance(f, dt):
             for m in range(N_FILTER):
                 total += f.F[i, m] * f.P[m, j]
             f.FP[i, j] = total
+        if f.slopes > 0:
+            for m in range(N_FILTER):
+                share = f.F[i, m]
+                for c in range(N_SLOPES):
+                    f.FS[i, c] += share * f.S[m, c]
     decay_u, decay_l = exp(-f.rate[0] * dt), exp(-f.rate[1] * dt)
     for j in range(N_FILTER):
         f.FP[D_U, j] = decay_u * f.P[D_U, j]
@@ -41,32 +46,13 @@ def spread_covariance(f, dt):
     f.P[D_U, D_U] = decay_u * f.FP[D_U, D_U] + (1.0 - decay_u * decay_u) * f.variance[0]
     f.P[D_L, D_L] = decay_l * f.FP[D_L, D_L] + (1.0 - decay_l * decay_l) * f.variance[1]
     f.P[D_U, D_L] = f.P[D_L, D_U] = decay_l * f.FP[D_U, D_L]
-    if f.slopes > 0:
-        spread_slopes(f, decay_u, decay_l)
+    for c in range(f.slopes):
+        for i in range(N_STATE):
+            f.S[i, c] = f.FS[i, c]
+        f.S[D_U, c] *= decay_u
+        f.S[D_L, c] *= decay_l
     f.y[D_U] *= decay_u
     f.y[D_L] *= decay_l
-
-
-@inlined
-def spread_slopes(f, decay_u, decay_l):
-    """S <- F S + G, one loop over the columns with all transitions in registers."""
-    a0, a1, a2 = f.F[0, 0], f.F[0, 1], f.F[0, 2]
-    a3, a4, a5 = f.F[0, 3], f.F[0, D_U], f.F[0, D_L]
-    b0, b1, b2 = f.F[1, 0], f.F[1, 1], f.F[1, 2]
-    b3, b4, b5 = f.F[1, 3], f.F[1, D_U], f.F[1, D_L]
-    c0, c1, c2 = f.F[2, 0], f.F[2, 1], f.F[2, 2]
-    c3, c4, c5 = f.F[2, 3], f.F[2, D_U], f.F[2, D_L]
-    d0, d1, d2 = f.F[3, 0], f.F[3, 1], f.F[3, 2]
-    d3, d4, d5 = f.F[3, 3], f.F[3, D_U], f.F[3, D_L]
-    for k in range(N_SLOPES):
-        x, v, w, y = f.S[0, k], f.S[1, k], f.S[2, k], f.S[3, k]
-        du, dl = f.S[D_U, k], f.S[D_L, k]
-        f.S[0, k] = f.FS[0, k] + a0 * x + a1 * v + a2 * w + a3 * y + a4 * du + a5 * dl
-        f.S[1, k] = f.FS[1, k] + b0 * x + b1 * v + b2 * w + b3 * y + b4 * du + b5 * dl
-        f.S[2, k] = f.FS[2, k] + c0 * x + c1 * v + c2 * w + c3 * y + c4 * du + c5 * dl
-        f.S[3, k] = f.FS[3, k] + d0 * x + d1 * v + d2 * w + d3 * y + d4 * du + d5 * dl
-        f.S[D_U, k] *= decay_u
-        f.S[D_L, k] *= decay_l
 
 
 @kernel

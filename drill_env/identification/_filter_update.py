@@ -2,8 +2,8 @@
 
 from math import log
 
-from drill_env._jit import inlined, kernel
-from drill_env.identification._filter_state import D_L, D_U, N_FILTER, N_SLOPES, START_OFFSET
+from drill_env._jit import kernel
+from drill_env.identification._filter_state import N_FILTER, START_OFFSET
 from drill_env.integrator._records import N_STATE
 from drill_env.parameters._record import N_PARAMETERS
 
@@ -55,26 +55,11 @@ def update(f, reading, measured, noise, gradient, information):
     for i in range(N_FILTER):
         gain = f.PH[i] / used
         f.y[i] += gain * gap
+        for c in range(f.slopes):
+            f.S[i, c] -= gain * f.slope[c]
         for j in range(N_FILTER):
             f.P[i, j] -= gain * f.PH[j]
-    if f.slopes > 0:
-        take_slopes(f, used)
     return gap, variance
-
-
-@inlined
-def take_slopes(f, used):
-    """Derivatives of the filtered state after a sample."""
-    a, b, c = f.PH[0] / used, f.PH[1] / used, f.PH[2] / used
-    d, u, w = f.PH[3] / used, f.PH[D_U] / used, f.PH[D_L] / used
-    for k in range(N_SLOPES):
-        slope = f.slope[k]
-        f.S[0, k] -= a * slope
-        f.S[1, k] -= b * slope
-        f.S[2, k] -= c * slope
-        f.S[3, k] -= d * slope
-        f.S[D_U, k] -= u * slope
-        f.S[D_L, k] -= w * slope
 
 
 @kernel

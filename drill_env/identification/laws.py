@@ -18,6 +18,7 @@ from drill_env.identification.law_starts import fit_from, law_starts, top_speed
 from drill_env.identification.stick_free import StickFree, soft_share, stick_free
 from drill_env.identification.validation import Validation, validate_estimate
 from drill_env.parameters import Rig
+from drill_env.parameters.rig import LOWER_LAW
 from drill_env.recordings import Channel, Recording
 
 LawProgress: TypeAlias = Callable[[FrictionLaw, int, float], None]
@@ -25,7 +26,7 @@ LawProgress: TypeAlias = Callable[[FrictionLaw, int, float], None]
 
 _Found: TypeAlias = dict[FrictionLaw, tuple[Estimate, tuple[float, ...]]]
 _LAWS: tuple[FrictionLaw, ...] = ("humped", "coulomb", "stribeck")
-_LOWER = frozenset({"Tsl", "T1", "T2", "beta1", "beta2", "bl"})
+_LOWER = frozenset(LOWER_LAW)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

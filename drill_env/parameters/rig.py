@@ -144,6 +144,9 @@ class Rig:
 SYMBOLS: tuple[str, ...] = NAMES
 """The fourteen physical parameters, in the order of the sensitivities' columns."""
 
+LOWER_LAW = ("Tsl", "T1", "T2", "beta1", "beta2", "bl")
+"""Those of the lower disc's friction law, equation (7)."""
+
 
 def _validate(rig: Rig) -> None:
     for name in SYMBOLS:
