@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.integrate import DOP853, RK45
+import pytest
+from scipy.integrate import DOP853, RK23, RK45
 
-from drill_env.integrator import _dop853, _dopri5
-from drill_env.integrator._tableau import TABLEAUX
+from drill_env.integrator import _bs23, _dop853, _dopri5
+from drill_env.integrator._tableau import SHORT_STEP, TABLEAUX
 
 
 def constants(module: object, name: str, rows: int, columns: int) -> np.ndarray:
@@ -23,22 +24,24 @@ def test_dop853() -> None:
     np.testing.assert_array_equal(weights[12], DOP853.B)
 
 
-def test_dopri5() -> None:
-    weights = constants(_dopri5, "A{i}{j}", 6, 5)
-    np.testing.assert_allclose(weights, RK45.A, rtol=1e-15)
-    last = np.array([getattr(_dopri5, f"B{j}", 0.0) for j in range(6)])
-    np.testing.assert_allclose(last, RK45.B, rtol=1e-15)
-    error = np.array([getattr(_dopri5, f"E{j}", 0.0) for j in range(7)])
-    np.testing.assert_allclose(error, RK45.E, rtol=1e-13)
-    dense = constants(_dopri5, "P{i}{j}", 7, 4)
+@pytest.mark.parametrize(("pair", "source"), [(_dopri5, RK45), (_bs23, RK23)])
+def test_short_pairs(pair: object, source: type[RK45] | type[RK23]) -> None:
+    n, degree = source.n_stages, source.P.shape[1]
+    weights = constants(pair, "A{i}{j}", *source.A.shape)
+    np.testing.assert_allclose(weights, source.A, rtol=1e-15)
+    last = np.array([getattr(pair, f"B{j}", 0.0) for j in range(n)])
+    np.testing.assert_allclose(last, source.B, rtol=1e-15)
+    error = np.array([getattr(pair, f"E{j}", 0.0) for j in range(n + 1)])
+    np.testing.assert_allclose(error, source.E, rtol=1e-13)
+    dense = constants(pair, "P{i}{j}", n + 1, degree)
     dense[0, 0] = 1.0
-    np.testing.assert_allclose(dense, RK45.P, rtol=1e-15, atol=1e-15)
+    np.testing.assert_allclose(dense, source.P, rtol=1e-15, atol=1e-15)
 
 
 def test_records_hold_order_conditions() -> None:
     """Independent of SciPy: quadrature conditions sum b c^k = 1/(k+1) up to the order."""
-    for name, order in (("dop853", 8), ("dopri5", 5)):
-        tab = TABLEAUX[name][0]
+    pairs = ((TABLEAUX["dop853"], 8), (TABLEAUX["dopri5"], 5), (SHORT_STEP, 3))
+    for (tab,), order in pairs:
         n = int(tab["stages"])
         weights, nodes = tab["a"][n, :n], tab["c"][:n]
         for k in range(order):

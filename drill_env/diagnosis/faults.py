@@ -63,7 +63,7 @@ def find_faults(setting: Setting, fit: Fit) -> list[Fault]:
 
 def clock_jitter(setting: Setting, fit: Fit) -> Fault | None:
     """Both encoders misread by their speeds times one and the same error of time."""
-    total, weight, spread, fastest = 0.0, 0.0, 0.0, 0.0
+    parts, fastest = [np.zeros((0, 3))], 0.0
     for samples, starts, motion in zip(setting.samples, fit.starts, fit.motions, strict=True):
         given = with_terms(samples, fit.terms, fit.rig, motion)
         path = path_of(given, fit.rig, fit.noise, starts, setting.robust)
@@ -73,16 +73,19 @@ def clock_jitter(setting: Setting, fit: Fit) -> Fault | None:
         if not ok.any():
             continue
         fastest = max(fastest, float(np.sqrt(np.mean(speed[ok] ** 2))))
-        # E[gap_u gap_l] = omega_u omega_l sigma_t^2 when time is uncertain, 0 otherwise.
-        product = gap[ok, 0] * gap[ok, 1]
         scale = np.sqrt(variance[ok, 0] * variance[ok, 1])
-        slope = speed[ok, 0] * speed[ok, 1] / scale
-        clipped = np.clip(product / scale, -25.0, 25.0)
-        total += float(slope @ clipped)
-        weight += float(slope @ slope)
-        spread += float(slope**2 @ clipped**2)
+        product = np.clip(gap[ok, 0] * gap[ok, 1] / scale, -25.0, 25.0)
+        parts.append(np.column_stack([product, speed[ok, 0] * speed[ok, 1] / scale, 1.0 / scale]))
+    product, slope, always = np.concatenate(parts).T
+    # E[gap_u gap_l] = omega_u omega_l sigma_t^2 when time is uncertain. What does not grow with
+    # the speeds is noise that the sensors share: a twist that was added to one of them.
+    if not len(product):
+        return None
+    slope = slope - always * float(always @ slope) / float(always @ always)
+    weight, spread = float(slope @ slope), float(slope**2 @ product**2)
     if weight <= 0.0 or spread <= 0.0:
         return None
+    total = float(slope @ product)
     variance_t, score = total / weight, total / math.sqrt(spread)
     rounding = min(fit.noise.encoder_u, fit.noise.encoder_l)
     if score < _CERTAIN or math.sqrt(max(variance_t, 0.0)) * fastest < _NOTABLE * rounding:

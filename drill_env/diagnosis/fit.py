@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -36,6 +36,10 @@ class Setting:
             it is far too wide to matter; where physics is missing it keeps the rig sensible.
         robust: standard deviations beyond which an innovation loses weight.
         jitter: of the samples' times, s, where the readings are weighted by it.
+        shown: noise of the encoders, as `NoiseModel` names it, that the readings show by
+            themselves, rad.
+        wide: noise of the rig alone, under which the filter follows readings that it cannot
+            explain.
     """
 
     samples: tuple[Samples, ...]
@@ -43,6 +47,8 @@ class Setting:
     doubt: float = 0.05
     robust: float = 5.0
     jitter: float = 0.0
+    shown: Mapping[str, float] = field(default_factory=dict)
+    wide: NoiseModel | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -101,8 +101,10 @@ def remaining(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Flo
 
 
 def _followed(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Samples, Path]:
-    path = path_of(samples, fit.rig, fit.noise, samples.starts, setting.robust)
-    motion = motion_of(samples, fit.noise, path)
+    # Without the terms, under the little noise that they leave, it would go its own way.
+    noise = setting.wide or fit.noise
+    path = path_of(samples, fit.rig, noise, samples.starts, setting.robust)
+    motion = motion_of(samples, noise, path)
     given = samples
     starts = samples.starts
     for _ in range(2 if fit.terms else 1):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -22,7 +21,7 @@ _TRIES = 6
 # A step of the noise along its bent valley (much and slow, little and fast) may be too long.
 _HALVINGS = 4
 
-# Above what rounding to whole counts gives, an encoder's noise would hide missing physics.
+# Above what an encoder's readings show by themselves, its noise would hide missing physics.
 _MOST_ROUNDING = 2.0
 
 _LEAST_DAMPING = 1e-9
@@ -178,9 +177,8 @@ def better_noise(setting: Setting, here: Fit, only: Sequence[int] | None) -> Noi
 
 
 def _rounded(setting: Setting, model: NoiseModel) -> NoiseModel:
-    for name, key in (("encoder_u", "theta_u"), ("encoder_l", "theta_l")):
-        steps = [s.recording.quanta.get(key, math.inf) for s in setting.samples]
-        most = _MOST_ROUNDING * max(steps) / math.sqrt(12.0)
+    for name, size in setting.shown.items():
+        most = _MOST_ROUNDING * size
         model = replace(model, **{name: min(getattr(model, name), most)})
     return model
 

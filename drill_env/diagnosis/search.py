@@ -54,6 +54,7 @@ from drill_env.diagnosis.within import within_filter
 from drill_env.effects import Effect
 from drill_env.identification.coordinates import Coordinates
 from drill_env.identification.noise import NoiseModel
+from drill_env.identification.noise_of_recording import noise_shown
 from drill_env.identification.prediction_error import path_of
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
@@ -79,12 +80,10 @@ def base_fit(
     """Fit the rig alone, held near the start where it does not explain the recordings."""
     coordinates = Coordinates(rig, tuple(free))
     samples = [replace(s, release=_RELEASE) for s in samples]
-    setting = Setting(tuple(samples), coordinates, doubt)
-    noise = NoiseModel()
-    for name, key in (("encoder_u", "theta_u"), ("encoder_l", "theta_l")):
-        steps = [s.recording.quanta[key] for s in samples if key in s.recording.quanta]
-        if steps:
-            noise = replace(noise, **{name: max(steps) / np.sqrt(12.0)})
+    setting = Setting(
+        tuple(samples), coordinates, doubt, shown=noise_shown([s.recording for s in samples])
+    )
+    noise = replace(NoiseModel(), **setting.shown)
     motions = [motion_of(s, noise, path_of(s, rig, noise, s.starts)) for s in samples]
     # Weights would hold a filter back that starts with a wrong rig and too little noise.
     plain = replace(setting, robust=math.inf)
@@ -95,6 +94,7 @@ def base_fit(
             "infinite, and for a rig file with numbers far from the rig's"
         )
     here = descend_jointly(plain, here, limit=_BASE_ROUNDS, enough=1.0, only=None)
+    setting = replace(setting, wide=here.noise)
     return setting, with_new_motions(setting, here)
 
 

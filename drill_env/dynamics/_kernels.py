@@ -8,10 +8,11 @@ Mode: (upper, lower) slip directions -1, 0 (stuck), 1, and the speed range of th
 
 from drill_env._jit import inlined, kernel
 from drill_env.friction._kernels import (
-    lower_gradient,
-    lower_sliding,
+    gradient_of,
     lower_slope,
-    slope_of_gradient,
+    shares,
+    sliding_of,
+    slope_of,
     upper_sliding,
 )
 from drill_env.parameters._record import (
@@ -39,10 +40,19 @@ def upper_rate(p, upper, twist, omega_u, u):
 @inlined
 def lower_rate(p, lower, clamped, twist, omega_l):
     """Lower-disc acceleration (rad/s^2) in slip direction `lower`, 0 when stuck."""
+    return lower_rate_with(p, lower, clamped, twist, omega_l)[0]
+
+
+@inlined
+def lower_rate_with(p, lower, clamped, twist, omega_l):
+    """As `lower_rate`, with the shares of the friction law that it took."""
     if lower == 0:
-        return 0.0
-    torque = 0.0 if clamped == 1 else lower_sliding(p, lower * omega_l)
-    return (p.ktheta * twist + p.load_l - lower * torque) * p.per_Jl
+        return 0.0, 0.0, 0.0
+    s1, s2, torque = 0.0, 0.0, 0.0
+    if clamped != 1:
+        s1, s2 = shares(p, lower * omega_l)
+        torque = sliding_of(p, lower * omega_l, s1, s2)
+    return (p.ktheta * twist + p.load_l - lower * torque) * p.per_Jl, s1, s2
 
 
 @inlined
@@ -97,33 +107,38 @@ def clamp_event(p, lower, clamped, omega_l, acceleration):
 
 
 @inlined
-def lower_rate_slope(p, lower, clamped, omega_l):
-    """Derivative of the lower disc's acceleration by its speed, 1/s."""
-    if lower == 0 or clamped == 1:
-        return 0.0
-    return -lower_slope(p, lower * omega_l) * p.per_Jl
+def lower_rate_slope(p, lower, clamped, s1, s2):
+    """Derivative of the lower disc's acceleration by its speed, 1/s, from the law's shares."""
+    return 0.0 if lower == 0 or clamped == 1 else -slope_of(p, s1, s2) * p.per_Jl
 
 
 @kernel
 def fill_jacobian(p, upper, lower, clamped, omega_l, jac):
     """Non-zero entries of d(rates)/d(twist, omega_u, omega_l): `jac` = (u_x, u_u, l_x, l_l)."""
-    jac[0] = jac[1] = jac[2] = jac[3] = 0.0
+    fill_linear(p, upper, lower, jac)
+    jac[3] = 0.0
+    if lower != 0 and clamped != 1:
+        jac[3] = -lower_slope(p, lower * omega_l) * p.per_Jl
+
+
+@inlined
+def fill_linear(p, upper, lower, jac):
+    """Those entries of `fill_jacobian` that no speed changes: all but the last."""
+    jac[0] = jac[1] = jac[2] = 0.0
     if upper != 0:
         jac[0] = -p.ktheta * p.per_Ju
         jac[1] = -(p.bu + upper * p.dbu) * p.per_Ju
     if lower != 0:
         jac[2] = p.ktheta * p.per_Jl
-        jac[3] = lower_rate_slope(p, lower, clamped, omega_l)
 
 
 @kernel
 def fill_parameter_rates(
-    p, upper, lower, clamped, twist, omega_u, omega_l, u, rate_u, rate_l, out_u, out_l
+    p, upper, lower, clamped, twist, omega_u, omega_l, u, rate_u, rate_l, s1, s2, out_u, out_l
 ):
-    """Derivatives of both accelerations, `rate_u` and `rate_l`, by the fourteen parameters.
+    """Derivatives of both accelerations by the fourteen parameters.
 
-    Returns:
-        Derivative of `rate_l` by omega_l, 1/s, as `fill_jacobian` gives it.
+    The accelerations `rate_u` and `rate_l` and the shares `s1` and `s2` of the lower law are known.
     """
     for i in range(N_PARAMETERS):
         out_u[i] = 0.0
@@ -137,13 +152,10 @@ def fill_parameter_rates(
         out_u[BU] = -omega_u * p.per_Ju
         out_u[DBU] = -upper * omega_u * p.per_Ju
     if lower == 0:
-        return 0.0
-    slope = 0.0
+        return
     if clamped != 1:
-        lower_gradient(p, lower * omega_l, out_l)
-        slope = -slope_of_gradient(p, out_l) * p.per_Jl
+        gradient_of(p, lower * omega_l, s1, s2, out_l)
         for i in range(TSL, N_PARAMETERS):
             out_l[i] *= -lower * p.per_Jl
     out_l[JL] = -rate_l * p.per_Jl
     out_l[KTHETA] = twist * p.per_Jl
-    return slope

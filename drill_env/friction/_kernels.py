@@ -12,81 +12,67 @@ from drill_env.parameters._record import BETA1, BETA2, BL, HUMPED, STRIBECK, T1,
 
 
 @inlined
-def saturation(z):
-    """1 - 2/(1 + e^z) without overflow."""
-    if z >= 0.0:
-        e = exp(-z)
-        return (1.0 - e) / (1.0 + e)
-    e = exp(z)
-    return (e - 1.0) / (1.0 + e)
+def shares(p, speed):
+    """What the two bent terms of a law have reached, from 0 at rest to 1; all else follows."""
+    if p.law == HUMPED:
+        z1, z2 = p.beta1 * speed, p.beta2 * speed
+        if z1 > 40.0:
+            # The first term equals its limit to the last bit: save its exponential.
+            e2 = exp(-z2)
+            return 1.0, (1.0 - e2) / (1.0 + e2)
+        # Beyond this both are at their limits, and the exponentials' product would overflow.
+        e1, e2 = exp(-max(z1, -300.0)), exp(-max(z2, -300.0))
+        # One division instead of two.
+        scale = 1.0 / ((1.0 + e1) * (1.0 + e2))
+        return (1.0 - e1) * (1.0 + e2) * scale, (1.0 - e2) * (1.0 + e1) * scale
+    if p.law == STRIBECK:
+        return 1.0 - exp(-p.beta1 * speed), 0.0
+    return 0.0, 0.0
 
 
 @inlined
-def hump(p, speed):
-    """The two saturating terms of equation (7) together (Nm)."""
-    z1, z2 = p.beta1 * speed, p.beta2 * speed
-    if z1 > 40.0:
-        # The first term equals its limit to the last bit: save its exponential.
-        return p.T1 + p.T2 * saturation(z2)
-    if abs(z1) > 300.0 or abs(z2) > 300.0:
-        return p.T1 * saturation(z1) + p.T2 * saturation(z2)
-    # Both terms over one common denominator: one division instead of two.
-    e1, e2 = exp(-z1), exp(-z2)
-    high = p.T1 * (1.0 - e1) * (1.0 + e2) + p.T2 * (1.0 - e2) * (1.0 + e1)
-    return high / ((1.0 + e1) * (1.0 + e2))
+def sliding_of(p, speed, s1, s2):
+    """Lower-disc sliding torque T_l (Nm) from its shares, equation (7) or its alternatives."""
+    return p.Tsl + p.bl * speed + p.T1 * s1 + p.T2 * s2
+
+
+@inlined
+def slope_of(p, s1, s2):
+    """dT_l/d(speed) (Nm s/rad) from the shares."""
+    if p.law == HUMPED:
+        return p.bl + 0.5 * (p.T1 * p.beta1 * (1.0 - s1 * s1) + p.T2 * p.beta2 * (1.0 - s2 * s2))
+    if p.law == STRIBECK:
+        return p.bl + p.T1 * p.beta1 * (1.0 - s1)
+    return p.bl
+
+
+@inlined
+def gradient_of(p, speed, s1, s2, out):
+    """Fill `out[TSL..BL]` with the derivatives of T_l by its parameters, from the shares."""
+    out[TSL] = 1.0
+    out[BL] = speed
+    out[T1] = s1
+    out[T2] = s2
+    out[BETA1] = out[BETA2] = 0.0
+    if p.law == HUMPED:
+        out[BETA1] = 0.5 * p.T1 * (1.0 - s1 * s1) * speed
+        out[BETA2] = 0.5 * p.T2 * (1.0 - s2 * s2) * speed
+    elif p.law == STRIBECK:
+        out[BETA1] = p.T1 * speed * (1.0 - s1)
 
 
 @inlined
 def lower_sliding(p, speed):
-    """Lower-disc sliding torque T_l (Nm), equation (7) or its alternatives."""
-    torque = p.Tsl + p.bl * speed
-    if p.law == HUMPED:
-        torque += hump(p, speed)
-    elif p.law == STRIBECK:
-        torque += p.T1 * (1.0 - exp(-p.beta1 * speed))
-    return torque
-
-
-@kernel
-def lower_slope(p, speed):
-    """dT_l/d(speed) (Nm s/rad)."""
-    slope = p.bl
-    if p.law == HUMPED:
-        s1, s2 = saturation(p.beta1 * speed), saturation(p.beta2 * speed)
-        slope += 0.5 * (p.T1 * p.beta1 * (1.0 - s1 * s1) + p.T2 * p.beta2 * (1.0 - s2 * s2))
-    elif p.law == STRIBECK:
-        slope += p.T1 * p.beta1 * exp(-p.beta1 * speed)
-    return slope
-
-
-@kernel
-def lower_gradient(p, speed, out):
-    """Fill `out[TSL..BL]` with the derivatives of T_l by its parameters."""
-    out[TSL] = 1.0
-    out[BL] = speed
-    out[T1] = out[T2] = out[BETA1] = out[BETA2] = 0.0
-    if p.law == HUMPED:
-        s1, s2 = saturation(p.beta1 * speed), saturation(p.beta2 * speed)
-        out[T1] = s1
-        out[T2] = s2
-        out[BETA1] = 0.5 * p.T1 * (1.0 - s1 * s1) * speed
-        out[BETA2] = 0.5 * p.T2 * (1.0 - s2 * s2) * speed
-    elif p.law == STRIBECK:
-        e = exp(-p.beta1 * speed)
-        out[T1] = 1.0 - e
-        out[BETA1] = p.T1 * speed * e
+    """Lower-disc sliding torque T_l (Nm)."""
+    s1, s2 = shares(p, speed)
+    return sliding_of(p, speed, s1, s2)
 
 
 @inlined
-def slope_of_gradient(p, out):
-    """dT_l/d(speed) (Nm s/rad) from what `lower_gradient` left: no exponential anew."""
-    slope = p.bl
-    if p.law == HUMPED:
-        s1, s2 = out[T1], out[T2]
-        slope += 0.5 * (p.T1 * p.beta1 * (1.0 - s1 * s1) + p.T2 * p.beta2 * (1.0 - s2 * s2))
-    elif p.law == STRIBECK:
-        slope += p.T1 * p.beta1 * (1.0 - out[T1])
-    return slope
+def lower_slope(p, speed):
+    """dT_l/d(speed) (Nm s/rad)."""
+    s1, s2 = shares(p, speed)
+    return slope_of(p, s1, s2)
 
 
 @kernel

@@ -14,7 +14,12 @@ from drill_env._jit import kernel
 from drill_env.identification._filter_effects import forget_acting, look_ahead
 from drill_env.identification._filter_predict import load_state, predict
 from drill_env.identification._filter_state import D_L, D_U, N_FILTER, N_SLOPES, START_OFFSET
-from drill_env.identification._filter_update import note_gain, note_transition, update
+from drill_env.identification._filter_update import (
+    note_gain,
+    note_transition,
+    take_volume,
+    update,
+)
 from drill_env.integrator._advance import DONE
 from drill_env.integrator._modes import start_mode
 from drill_env.integrator._records import N_STATE
@@ -123,6 +128,7 @@ def run_filter(
         `DONE` or a failure of the integrator.
     """
     window, readings = -1, angles.shape[1]
+    f.volume = 1.0
     for k in range(t.size):
         if window + 1 < restarts.size and restarts[window + 1] == k:
             window += 1
@@ -161,4 +167,5 @@ def run_filter(
         if trace.shape[0] > 0:
             for i in range(N_FILTER):
                 trace[k, 2 * readings + i] = f.y[i]
+    take_volume(f)
     return DONE

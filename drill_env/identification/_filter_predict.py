@@ -22,12 +22,14 @@ def load_state(f, p, run):
 @kernel
 def spread_covariance(f, dt):
     """P <- F P F' + Q and S <- F S + G, with the transition over `dt` s in `f.F`."""
+    # Rows times a number, no sums of products: several columns go at once.
     for i in range(N_STATE):
         for j in range(N_FILTER):
-            total = 0.0
-            for m in range(N_FILTER):
-                total += f.F[i, m] * f.P[m, j]
-            f.FP[i, j] = total
+            f.FP[i, j] = f.F[i, 0] * f.P[0, j]
+        for m in range(1, N_FILTER):
+            share = f.F[i, m]
+            for j in range(N_FILTER):
+                f.FP[i, j] += share * f.P[m, j]
         if f.slopes > 0:
             for m in range(N_FILTER):
                 share = f.F[i, m]
@@ -37,8 +39,8 @@ def spread_covariance(f, dt):
     for j in range(N_FILTER):
         f.FP[D_U, j] = decay_u * f.P[D_U, j]
         f.FP[D_L, j] = decay_l * f.P[D_L, j]
-    for i in range(N_FILTER):
-        for j in range(N_STATE):
+    for j in range(N_STATE):
+        for i in range(j, N_FILTER):
             total = 0.0
             for m in range(N_FILTER):
                 total += f.FP[i, m] * f.F[j, m]

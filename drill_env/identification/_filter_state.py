@@ -36,6 +36,7 @@ FILTER = np.dtype(
         ("PH", "f8", (N_FILTER,)),
         ("slope", "f8", (N_SLOPES,)),
         ("value", "f8"),  # -2 log likelihood without its constant
+        ("volume", "f8"),  # product of the variances that are not in it yet
         ("count", "i8"),
     ],
     align=True,

@@ -7,6 +7,16 @@ from drill_env.identification._filter_state import N_FILTER, START_OFFSET
 from drill_env.integrator._records import N_STATE
 from drill_env.parameters._record import N_PARAMETERS
 
+# One logarithm for many variances, before their product leaves what a number can hold.
+_LEAST, _MOST = 1e-250, 1e250
+
+
+@kernel
+def take_volume(f):
+    """Take the product of the variances so far into the value."""
+    f.value += log(f.volume)
+    f.volume = 1.0
+
 
 @kernel
 def foresee_angle(f, upper):
@@ -44,7 +54,10 @@ def update(f, reading, measured, noise, gradient, information):
         # Huber's weight: the sample counts as one of larger noise.
         used = abs(gap) * variance**0.5 / f.robust
         loss = 2.0 * gap * gap / used - f.robust * f.robust
-    f.value += loss + log(variance)
+    f.value += loss
+    f.volume *= variance
+    if not _LEAST < f.volume < _MOST:
+        take_volume(f)
     f.count += 1
     # A path's reader sums them up itself, and the errors of its own along with them.
     if f.summed:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from drill_env._types import FloatArray
-from drill_env.identification.noise import NoiseModel, roughness
+from drill_env.identification.noise import NoiseModel, roughness, shiver
 from drill_env.identification.noise_fit import noise_step
 from drill_env.identification.prediction_error import Score, score
 from drill_env.identification.samples import Samples
@@ -17,6 +17,7 @@ from drill_env.recordings import Channel, Recording
 _START_ROUNDS = 5
 # Of minus twice the log likelihood: nothing that a test would notice.
 _ENOUGH = 0.1
+_ANGLES: dict[str, Channel] = {"encoder_u": "theta_u", "encoder_l": "theta_l"}
 _SPEEDS: dict[str, Channel] = {"speed_u": "omega_u", "speed_l": "omega_l"}
 _LEAST_SPEED = 1e-3
 
@@ -84,3 +85,18 @@ def settled_starts(
         if gain < _ENOUGH:
             break
     return starts
+
+
+def noise_shown(recordings: Sequence[Recording]) -> dict[str, float]:
+    """Noise that the readings of encoders show by themselves, rad, as `NoiseModel` names it.
+
+    Of rounding to counts, or of an analog sensor, whose noise is many of its digits; nothing is
+    said of a sensor that does not round.
+    """
+    shown = {}
+    for name, channel in _ANGLES.items():
+        steps = [r.quanta[channel] for r in recordings if channel in r.quanta]
+        if steps:
+            least = min(shiver(r.channel(channel)) for r in recordings if channel in r.quanta)
+            shown[name] = max(max(steps) / math.sqrt(12.0), least)
+    return shown

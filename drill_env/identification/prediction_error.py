@@ -26,10 +26,13 @@ from drill_env.identification.noise import SENSORS, NoiseModel
 from drill_env.identification.samples import Samples
 from drill_env.integrator._advance import DONE
 from drill_env.integrator._records import EVENT, FIRST_PARAMETER, RUN, STEPS_PER_PERIOD, new_work
-from drill_env.integrator._tableau import TABLEAUX
+from drill_env.integrator._tableau import SHORT_STEP, TABLEAUX
 from drill_env.parameters import SYMBOLS, Rig
 
-_RTOL = 1e-7
+# Angle of the string's oscillation in a sample interval below which a pair of low order is
+# exact enough, and cheaper; relative tolerances of either.
+_SHORT = 0.05
+_PAIRS = ((SHORT_STEP, 1e-6), (TABLEAUX["dopri5"], 1e-7))
 # A sample interval needs a few steps; a rig far from sense would take them for ever.
 _MOST_STEPS = 2000
 
@@ -133,6 +136,12 @@ def _acting(bundle: Bundle) -> Acting:
     )  # fmt: skip
 
 
+def _pair(samples: Samples, rig: Rig) -> tuple[np.ndarray, float]:
+    """The integrator's coefficients for a recording, and its relative tolerance."""
+    interval = float(samples.t[-1]) / (len(samples.t) - 1)
+    return _PAIRS[0 if 2.0 * math.pi * interval < _SHORT * rig.natural_period else 1]
+
+
 def _filter(
     samples: Samples,
     rig: Rig,
@@ -151,9 +160,9 @@ def _filter(
     f["release"], f["parts"], f["summed"] = samples.release, 1, path_rows == 0
     run = np.zeros(1, dtype=RUN)
     run["h"] = samples.t[1]
-    work = new_work(
-        _RTOL, 0.1 * _RTOL, rig.natural_period / STEPS_PER_PERIOD, sensitivity=True, event_tol=1e-12
-    )
+    tableau, rtol = _pair(samples, rig)
+    longest = rig.natural_period / STEPS_PER_PERIOD
+    work = new_work(rtol, 0.1 * rtol, longest, sensitivity=True, event_tol=1e-12)
     work["max_steps"] = _MOST_STEPS
     if not slopes:
         work["columns"] = FIRST_PARAMETER
@@ -171,7 +180,7 @@ def _filter(
     )  # fmt: skip
     variance = reading_variances(samples, noise)
     status = run_filter(
-        f[0], kernel_record(rig)[0], run[0], work[0], TABLEAUX["dopri5"][0], samples.t, samples.u,
+        f[0], kernel_record(rig)[0], run[0], work[0], tableau[0], samples.t, samples.u,
         samples.loads, acting, samples.angles, variance, samples.restarts, starts, buffers,
         left.gradients, left.informations, left.trace, left.path, left.slopes,
     )  # fmt: skip

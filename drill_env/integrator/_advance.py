@@ -1,19 +1,20 @@
 """Compiled event-driven integration through a piecewise-polynomial voltage."""
 
 from drill_env._jit import inlined, kernel
+from drill_env.integrator._bs23 import bs23_sensitivity
 from drill_env.integrator._dopri5_variational import dopri5_sensitivity
 from drill_env.integrator._events import LOWER, UPPER, first_event
 from drill_env.integrator._modes import MAXIMUM, MINIMUM, change, note, overdue
-from drill_env.integrator._records import N_STATE
+from drill_env.integrator._records import BS23, DOPRI5, N_STATE
 from drill_env.integrator._step import (
     dense_at,
     error_norm,
     fill_dense,
     fill_rates,
     run_stages,
-    voltage_at,
 )
 from drill_env.integrator._variational import copy_sensitivity, step_sensitivity
+from drill_env.integrator._voltage_piece import voltage_at
 
 DONE, LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS = 0, 1, 2, 3
 
@@ -157,7 +158,9 @@ def finish_step(p, run, work, tab, h, t_new, t_eval, out, modes, log, sens_out):
     if turns or (run.sample < t_eval.size and t_eval[run.sample] < t_new):
         fill_dense(p, run, work, tab, h)
     if work.sensitivity:
-        if tab.extra == 0:
+        if tab.pair == BS23:
+            bs23_sensitivity(p, run, work, tab, h)
+        elif tab.pair == DOPRI5:
             dopri5_sensitivity(p, run, work, tab, h)
         else:
             step_sensitivity(p, run, work, tab, h)
@@ -167,6 +170,7 @@ def finish_step(p, run, work, tab, h, t_new, t_eval, out, modes, log, sens_out):
     for i in range(N_STATE):
         run.y[i] = work.ys[last, i]
         work.k[0, i] = work.k[last, i]
+    work.shares[0, 0], work.shares[0, 1] = work.shares[last, 0], work.shares[last, 1]
     run.max_speed = max(run.max_speed, abs(run.y[2]))
     run.t = t_new
     run.chatter = 0

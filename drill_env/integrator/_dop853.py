@@ -77,8 +77,7 @@ def dop853_stages(p, run, work, h, us):
     x1, v1, w1 = keep_stage(
         p,
         mode,
-        ys,
-        k,
+        work,
         1,
         x + h * (A1_0 * x0),
         v + h * (A1_0 * v0),
@@ -88,8 +87,7 @@ def dop853_stages(p, run, work, h, us):
     x2, v2, w2 = keep_stage(
         p,
         mode,
-        ys,
-        k,
+        work,
         2,
         x + h * (A2_0 * x0 + A2_1 * x1),
         v + h * (A2_0 * v0 + A2_1 * v1),
@@ -99,8 +97,7 @@ def dop853_stages(p, run, work, h, us):
     x3, v3, w3 = keep_stage(
         p,
         mode,
-        ys,
-        k,
+        work,
         3,
         x + h * (A3_0 * x0 + A3_2 * x2),
         v + h * (A3_0 * v0 + A3_2 * v2),
@@ -110,8 +107,7 @@ def dop853_stages(p, run, work, h, us):
     x4, v4, w4 = keep_stage(
         p,
         mode,
-        ys,
-        k,
+        work,
         4,
         x + h * (A4_0 * x0 + A4_2 * x2 + A4_3 * x3),
         v + h * (A4_0 * v0 + A4_2 * v2 + A4_3 * v3),
@@ -121,8 +117,7 @@ def dop853_stages(p, run, work, h, us):
     x5, v5, w5 = keep_stage(
         p,
         mode,
-        ys,
-        k,
+        work,
         5,
         x + h * (A5_0 * x0 + A5_3 * x3 + A5_4 * x4),
         v + h * (A5_0 * v0 + A5_3 * v3 + A5_4 * v4),
@@ -132,8 +127,7 @@ def dop853_stages(p, run, work, h, us):
     x6, v6, w6 = keep_stage(
         p,
         mode,
-        ys,
-        k,
+        work,
         6,
         x + h * (A6_0 * x0 + A6_3 * x3 + A6_4 * x4 + A6_5 * x5),
         v + h * (A6_0 * v0 + A6_3 * v3 + A6_4 * v4 + A6_5 * v5),
@@ -143,8 +137,7 @@ def dop853_stages(p, run, work, h, us):
     x7, v7, w7 = keep_stage(
         p,
         mode,
-        ys,
-        k,
+        work,
         7,
         x + h * (A7_0 * x0 + A7_3 * x3 + A7_4 * x4 + A7_5 * x5 + A7_6 * x6),
         v + h * (A7_0 * v0 + A7_3 * v3 + A7_4 * v4 + A7_5 * v5 + A7_6 * v6),
@@ -154,8 +147,7 @@ def dop853_stages(p, run, work, h, us):
     x8, v8, w8 = keep_stage(
         p,
         mode,
-        ys,
-        k,
+        work,
         8,
         x + h * (A8_0 * x0 + A8_3 * x3 + A8_4 * x4 + A8_5 * x5 + A8_6 * x6 + A8_7 * x7),
         v + h * (A8_0 * v0 + A8_3 * v3 + A8_4 * v4 + A8_5 * v5 + A8_6 * v6 + A8_7 * v7),
@@ -165,8 +157,7 @@ def dop853_stages(p, run, work, h, us):
     x9, v9, w9 = keep_stage(
         p,
         mode,
-        ys,
-        k,
+        work,
         9,
         x + h * (A9_0 * x0 + A9_3 * x3 + A9_4 * x4 + A9_5 * x5 + A9_6 * x6 + A9_7 * x7 + A9_8 * x8),
         v + h * (A9_0 * v0 + A9_3 * v3 + A9_4 * v4 + A9_5 * v5 + A9_6 * v6 + A9_7 * v7 + A9_8 * v8),
@@ -176,8 +167,7 @@ def dop853_stages(p, run, work, h, us):
     x10, v10, w10 = keep_stage(
         p,
         mode,
-        ys,
-        k,
+        work,
         10,
         x
         + h
@@ -220,8 +210,7 @@ def dop853_stages(p, run, work, h, us):
     x11, v11, w11 = keep_stage(
         p,
         mode,
-        ys,
-        k,
+        work,
         11,
         x
         + h
@@ -267,8 +256,7 @@ def dop853_stages(p, run, work, h, us):
     keep_stage(
         p,
         mode,
-        ys,
-        k,
+        work,
         LAST,
         x
         + h

@@ -4,8 +4,7 @@ Written out because the filter spends most of its time here: a column's stages s
 and several columns go at once.
 """
 
-from drill_env._jit import inlined, kernel
-from drill_env.dynamics._kernels import fill_jacobian, fill_parameter_rates, lower_rate_slope
+from drill_env._jit import kernel
 from drill_env.integrator._dopri5 import (
     A10,
     A20,
@@ -27,28 +26,8 @@ from drill_env.integrator._dopri5 import (
     B3,
     B4,
     B5,
-    LAST,
 )
-from drill_env.integrator._records import FIRST_PARAMETER, LOAD_L, LOAD_U
-from drill_env.integrator._step import voltage_at
-
-
-@inlined
-def fill_forces(p, run, work, tab, h):
-    """Slope of the lower law and forcing of every column at the stages before the last."""
-    mode, ys = run.mode, work.ys
-    fill_jacobian(p, mode[0], mode[1], mode[2], ys[0, 2], work.jac)
-    for i in range(LAST):
-        work.force[i, 0, LOAD_U] = p.per_Ju if mode[0] != 0 else 0.0
-        work.force[i, 1, LOAD_L] = p.per_Jl if mode[1] != 0 else 0.0
-        if work.columns > FIRST_PARAMETER:
-            work.slopes[i] = fill_parameter_rates(
-                p, mode[0], mode[1], mode[2], ys[i, 0], ys[i, 1], ys[i, 2],
-                voltage_at(work, run.t + tab.c[i] * h), work.k[i, 1], work.k[i, 2],
-                work.force[i, 0, FIRST_PARAMETER:], work.force[i, 1, FIRST_PARAMETER:],
-            )  # fmt: skip
-        else:
-            work.slopes[i] = lower_rate_slope(p, mode[1], mode[2], ys[i, 2])
+from drill_env.integrator._stage import fill_forces
 
 
 @kernel

@@ -6,9 +6,8 @@ from drill_env.integrator._step import (
     dense_at,
     fill_dense,
     run_stages,
-    voltage_at,
-    voltage_slope,
 )
+from drill_env.integrator._voltage_piece import voltage_at, voltage_slope
 
 UPPER, LOWER, LOWER_LAW = 0, 1, 2
 _SAMPLES = 16

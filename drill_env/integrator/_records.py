@@ -11,6 +11,7 @@ FIRST_PARAMETER = N_STATE + 2
 N_COLUMNS = FIRST_PARAMETER + N_PARAMETERS
 MAX_COEFFICIENTS = 8
 MAX_STAGES = 16
+DOP853, DOPRI5, BS23 = 0, 1, 2
 
 # Longer steps leap over the steep friction near rest without the error estimate noticing.
 STEPS_PER_PERIOD = 28.0
@@ -51,6 +52,7 @@ WORK = np.dtype(
         ("has_rates", "i8"),  # whether stage 0 is already filled
         ("k", "f8", (MAX_STAGES, N_STATE)),
         ("ys", "f8", (MAX_STAGES, N_STATE)),
+        ("shares", "f8", (MAX_STAGES, 2)),  # of the lower friction law at each stage
         ("dense", "f8", (N_STATE, 7)),
         ("turn", "f8", (N_STATE,)),
         ("sens", "f8", (N_STATE, N_COLUMNS)),
@@ -71,6 +73,7 @@ EVENT = np.dtype([("t", "f8"), ("disc", "i8"), ("kind", "i8"), ("y", "f8", (N_ST
 
 TABLEAU = np.dtype(
     [
+        ("pair", "i8"),  # which one it is
         ("stages", "i8"),
         ("extra", "i8"),
         ("order", "f8"),

@@ -6,47 +6,31 @@ The start of the step is stage 0 of `work.ys`; the state at its end stage `tab.s
 from math import sqrt
 
 from drill_env._jit import inlined, kernel
-from drill_env.dynamics._kernels import lower_rate, upper_rate
+from drill_env.integrator._bs23 import bs23_dense, bs23_error, bs23_stages
 from drill_env.integrator._dop853 import dop853_stages
 from drill_env.integrator._dopri5 import dopri5_dense, dopri5_error, dopri5_stages
-from drill_env.integrator._records import N_STATE
-
-
-@kernel
-def voltage_at(work, t):
-    """Voltage (V) of the present piece at time `t` (s)."""
-    n = work.coefficients
-    if n == 1:
-        return work.piece[0]
-    s = (t - work.start) / (work.end - work.start)
-    value = work.piece[n - 1]
-    for i in range(n - 2, -1, -1):
-        value = value * s + work.piece[i]
-    return value
-
-
-@kernel
-def voltage_slope(work, t):
-    """Time derivative of the voltage (V/s) of the present piece."""
-    n = work.coefficients
-    if n == 1:
-        return 0.0
-    length = work.end - work.start
-    s = (t - work.start) / length
-    value = 0.0
-    for i in range(n - 1, 0, -1):
-        value = value * s + i * work.piece[i]
-    return value / length
+from drill_env.integrator._records import BS23, DOP853, DOPRI5, N_STATE
+from drill_env.integrator._stage import keep_stage
+from drill_env.integrator._voltage_piece import voltage_at
 
 
 @inlined
 def fill_rates(p, run, work, stage, u):
     """Rates of one stage from its state."""
-    ys, k = work.ys, work.k
-    k[stage, 0] = ys[stage, 1] - ys[stage, 2]
-    k[stage, 1] = upper_rate(p, run.mode[0], ys[stage, 0], ys[stage, 1], u)
-    k[stage, 2] = lower_rate(p, run.mode[1], run.mode[2], ys[stage, 0], ys[stage, 2])
-    k[stage, 3] = ys[stage, 2]
+    ys = work.ys
+    keep_stage(p, run.mode, work, stage, ys[stage, 0], ys[stage, 1], ys[stage, 2], u)
+
+
+@inlined
+def few_stage_voltages(run, work, tab, h):
+    """Voltages (V) of stages 1 to 3 of the shortest tableau."""
+    u = work.piece[0]
+    if work.coefficients == 1:
+        return u, u, u
+    t, c = run.t, tab.c
+    return (
+        voltage_at(work, t + c[1] * h), voltage_at(work, t + c[2] * h), voltage_at(work, t + h),
+    )  # fmt: skip
 
 
 @inlined
@@ -82,8 +66,10 @@ def long_stage_voltages(run, work, tab, h):
 @kernel
 def run_stages(p, run, work, tab, h, first, last):
     """Fill stages `first`..`last` of a step of `h` s from the present state."""
-    if tab.extra == 0:
-        if first == 1:
+    if tab.pair != DOP853:
+        if first == 1 and tab.pair == BS23:
+            bs23_stages(p, run, work, h, few_stage_voltages(run, work, tab, h))
+        elif first == 1:
             dopri5_stages(p, run, work, h, stage_voltages(run, work, tab, h))
         return
     if first == 1:
@@ -113,11 +99,12 @@ def run_stages(p, run, work, tab, h, first, last):
 def error_norm(work, tab, h):
     """Scaled error of the step just taken; at most 1 is accepted."""
     n = tab.stages
-    if tab.extra == 0:
+    if tab.pair != DOP853:
         total = 0.0
         for i in range(3):
             size = max(abs(work.ys[0, i]), abs(work.ys[n, i]))
-            total += (dopri5_error(work.k, i) / (work.atol + work.rtol * size)) ** 2
+            rate = bs23_error(work.k, i) if tab.pair == BS23 else dopri5_error(work.k, i)
+            total += (rate / (work.atol + work.rtol * size)) ** 2
         return h * sqrt(total / 3.0)
     high2 = low2 = 0.0
     for i in range(3):
@@ -138,7 +125,10 @@ def error_norm(work, tab, h):
 @kernel
 def fill_dense(p, run, work, tab, h):
     """Monomial coefficients of the state over the step, with the stages they need."""
-    if tab.extra == 0:
+    if tab.pair == BS23:
+        bs23_dense(work, h)
+        return
+    if tab.pair == DOPRI5:
         dopri5_dense(work, h)
         return
     last = tab.stages + tab.extra

@@ -6,8 +6,9 @@ state, two by the external torques, then one per parameter of `drill_env.paramet
 
 from drill_env._jit import kernel
 from drill_env.dynamics._kernels import fill_jacobian, fill_parameter_rates
+from drill_env.friction._kernels import shares
 from drill_env.integrator._records import FIRST_PARAMETER, LOAD_L, LOAD_U, N_STATE
-from drill_env.integrator._step import voltage_at
+from drill_env.integrator._voltage_piece import voltage_at
 from drill_env.parameters._record import N_PARAMETERS
 
 
@@ -41,9 +42,10 @@ def fill_stage_rates(p, run, work, i, u):
         ks[i, 2, LOAD_L] += p.per_Jl
     if work.columns == FIRST_PARAMETER:
         return
+    s1, s2 = shares(p, mode[1] * ys[i, 2])
     fill_parameter_rates(
         p, mode[0], mode[1], mode[2], ys[i, 0], ys[i, 1], ys[i, 2], u, work.k[i, 1], work.k[i, 2],
-        work.rates[0], work.rates[1],
+        s1, s2, work.rates[0], work.rates[1],
     )  # fmt: skip
     for c in range(N_PARAMETERS):
         ks[i, 1, FIRST_PARAMETER + c] += work.rates[0, c]

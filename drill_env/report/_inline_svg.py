@@ -25,6 +25,8 @@ _VARIABLES = {
 }  # fmt: skip
 _WIDTH = 5.2
 _POINTS = 500
+# Margins for the words beside and above the axes, inches.
+_LEFT, _RIGHT, _BELOW, _ABOVE, _BETWEEN = 0.82, 0.1, 0.44, 0.26, 0.3
 
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none", "font.size": 8.5, "axes.edgecolor": SOFT, "axes.labelcolor": INK,
@@ -53,8 +55,15 @@ def new_figure(heights: tuple[float, ...], height: float, *, shared: bool = True
     """
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(_WIDTH, height), layout="constrained")
+    figure = Figure(figsize=(_WIDTH, height))
     figure.patch.set_alpha(0.0)
+    # Fixed margins: a layout that is sought draws every figure twice.
+    rows = len(heights)
+    each = (height - _BELOW - _ABOVE - (rows - 1) * _BETWEEN) / rows
+    figure.subplots_adjust(
+        left=_LEFT / _WIDTH, right=1.0 - _RIGHT / _WIDTH, bottom=_BELOW / height,
+        top=1.0 - _ABOVE / height, hspace=(_BETWEEN if shared else _BETWEEN + _BELOW) / each,
+    )  # fmt: skip
     axes = figure.subplots(len(heights), 1, sharex=shared, height_ratios=heights, squeeze=False)
     for axis in axes[:, 0]:
         axis.patch.set_alpha(0.0)
