@@ -29,6 +29,7 @@ from drill_env.recordings import Recording
 
 COUNT = 2.0 * math.pi / 4096
 SPEED_NOISE = 0.02
+GAUGE_NOISE, GAUGE_DIGIT = 1e-3, 1e-4
 STEPS = 100
 WHOLE = ("consistent", "parameters")
 
@@ -86,6 +87,10 @@ CASES = {
     "pendulum that turns over": Case(
         PENDULUM, "upper_unbalance", {"torque": 0.6}, volts=4.0, rate=200.0
     ),
+    "pendulum on a quiet motor": Case(
+        Plant(**{**PENDULUM.__dict__, "noise": 1e-6}), "upper_unbalance", {"torque": 0.6},
+        volts=4.0, rate=200.0,
+    ),
     "coupled drives": Case(DRIVES),
     "coupled drives, damped belt": Case(
         Plant(damping=4e-3), "string_damping", {"damping": 4e-3}
@@ -104,6 +109,11 @@ CASES = {
     "flexible link, stiffening": Case(
         Plant(**{**LINK.__dict__, "hardening": 4.0}), "string_hardening", {"coefficient": 4.0},
         volts=5.0,
+    ),
+    "flexible link, strain gauge": Case(LINK, volts=5.0, measured="gauge"),
+    "flexible link, strain gauge, stiffening": Case(
+        Plant(**{**LINK.__dict__, "hardening": 4.0}), "string_hardening", {"coefficient": 4.0},
+        volts=5.0, measured="gauge",
     ),
 }  # fmt: skip
 
@@ -161,7 +171,14 @@ def recorded(case: Case, seed: int) -> Recording:
         read = {name: COUNT * np.round(angle / COUNT) for name, angle in both.items()}
         if plant.Jl == 0.0:
             del read["theta_l"]
-        given |= {**read, "quanta": dict.fromkeys(read, COUNT)}
+        steps = dict.fromkeys(read, COUNT)
+        if case.measured == "gauge":
+            # Written as labs do: the hub's angle less the twist, with the noise of both.
+            twist = theta_u - theta_l + GAUGE_NOISE * rng.normal(size=n)
+            lower = read["theta_u"] - twist
+            read["theta_l"] = GAUGE_DIGIT * np.round(lower / GAUGE_DIGIT)
+            steps["theta_l"] = GAUGE_DIGIT
+        given |= {**read, "quanta": steps}
     if case.measured == "torque":
         return Recording(t, plant.km * u, **given, drive="torque")
     return Recording(t, u, **given)

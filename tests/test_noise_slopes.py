@@ -22,7 +22,7 @@ STEP = 1e-3
 NOISE = NoiseModel(torque_u=0.03, torque_l=4e-4, tau_u=0.2, tau_l=0.06)
 
 
-def recorded(volts: float, velocities: bool):
+def recorded(volts: float, velocities: bool, relative: bool = False):
     """A recording with a gap and with samples that no model foresees."""
     rng = np.random.default_rng(3)
     u = volts + 0.3 * quasi_random(rng, 12.0, 200.0, 5.0)
@@ -32,13 +32,13 @@ def recorded(volts: float, velocities: bool):
     if velocities:
         speeds = made.truth[:, [1, 3]] + 0.05 * rng.normal(size=(len(u), 2))
         run = replace(run, omega_u=speeds[:, 0], omega_l=speeds[:, 1])
-    samples = prepare(run, Rig())
+    samples = prepare(run, Rig(), relative=relative)
     samples.angles[700:720, 1] = math.nan
     samples.angles[1200:1800:97, 0] += 0.01
     return samples
 
 
-@pytest.fixture(scope="module", params=[(3.0, False), (1.6, False), (3.0, True)])
+@pytest.fixture(scope="module", params=[(3.0, False), (1.6, False), (3.0, True), (3.0, True, True)])
 def samples(request):
     return recorded(*request.param)
 

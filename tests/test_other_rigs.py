@@ -19,3 +19,17 @@ def test_drag_on_the_load_of_coupled_drives_is_named_from_a_measured_torque():
 def test_nothing_is_missing_from_coupled_drives_as_their_lab_knows_them():
     row = row_of("coupled drives")
     assert row["right"] and row["verdict"] == "consistent"
+
+
+def test_a_twist_that_was_measured_from_the_hub_is_no_missing_physics():
+    """Its angle has the noise of both sensors, which is neither a late clock nor a wrong gain."""
+    row = row_of("flexible link, strain gauge")
+    assert row["right"]
+
+
+def test_a_pendulum_stays_named_where_the_rig_alone_would_lose_the_recording():
+    """Held-out motions are told under noise that follows them, not under what is left of it."""
+    row = row_of("pendulum on a quiet motor")
+    assert row["right"]
+    for errors in row["five_second_prediction"].values():
+        assert errors["after_rms"] < 0.05 * errors["before_rms"]

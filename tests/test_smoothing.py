@@ -20,13 +20,13 @@ from drill_env.recordings import Recording
 NOISE = NoiseModel(torque_u=0.05, torque_l=5e-3)
 
 
-@pytest.fixture(scope="module")
-def samples():
+@pytest.fixture(scope="module", params=[False, True], ids=["apart", "relative"])
+def samples(request):
     truth = {name: getattr(Rig(), name) for name in SYMBOLS}
     u = 3.0 + 0.3 * quasi_random(np.random.default_rng(3), 12.0, 200.0, 5.0)
     made = make(truth, u, 200.0, seed=5, counts=8192, torque_u=0.02, torque_l=2e-4)
     recording = Recording(made.t, made.u, made.theta_u, made.theta_l)
-    return prepare(recording, Rig())
+    return prepare(recording, Rig(), relative=request.param)
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,7 @@ def test_carried_columns_and_the_backward_pass_agree(samples, passed):
     columns = slopes_of(samples, NOISE, path, loads, errors)
     forward = np.einsum("ke,kec->c", path.rows["white"], columns)
     backward = np.einsum("ke,kec->c", smooth.pull, loads) + np.einsum(
-        "ke,kec->c", smooth.misread, errors
+        "ke,kec->c", smooth.misread, samples.misread(errors)
     )
     np.testing.assert_allclose(forward, backward, rtol=1e-9)
 

@@ -41,6 +41,7 @@ from drill_env.diagnosis.search import find
 from drill_env.diagnosis.sentences import sentences
 from drill_env.diagnosis.terms import Term
 from drill_env.identification.drive import torque_driven, with_known_scale
+from drill_env.identification.readings import made_of_twist
 from drill_env.identification.samples import Samples, prepare
 from drill_env.parameters import Rig
 from drill_env.recordings import Recording
@@ -104,8 +105,9 @@ def diagnose(
     rig = rig.replace(**options.fixed)
     # The matrices are small: threads of the linear algebra would only wait for each other.
     with threadpool_limits(1):
-        samples = [prepare(r, rig) for r in recordings]
-        held = [prepare(r, rig) for r in holdout]
+        relative = rig.inertias == 2 and made_of_twist(recordings)
+        samples = [prepare(r, rig, relative=relative) for r in recordings]
+        held = [prepare(r, rig, relative=relative) for r in holdout]
         _check_channels(held)
         return _diagnose(samples, held, rig, options, report)
 

@@ -43,7 +43,8 @@ def moved_starts(setting: Setting, here: Fit, term: Term) -> list[FloatArray]:
     """The starts when the first readings were misread as a term says."""
     starts = []
     for samples, start, motion in zip(setting.samples, here.starts, here.motions, strict=True):
-        error = term.source.response(term.q, here.rig, motion)[1][samples.restarts]
+        error = samples.misread(term.source.response(term.q, here.rig, motion)[1])
+        error = error[samples.restarts]
         moved = start.copy()
         moved[:, 0] -= error[:, 0] - error[:, 1]
         moved[:, 3] -= error[:, 1]

@@ -80,9 +80,8 @@ def base_fit(
     """Fit the rig alone, held near the start where it does not explain the recordings."""
     coordinates = Coordinates(rig, tuple(free))
     samples = [replace(s, release=_RELEASE) for s in samples]
-    setting = Setting(
-        tuple(samples), coordinates, doubt, shown=noise_shown([s.recording for s in samples])
-    )
+    shown = noise_shown([s.recording for s in samples], samples[0].relative)
+    setting = Setting(tuple(samples), coordinates, doubt, shown=shown)
     noise = replace(NoiseModel(), **setting.shown)
     motions = [motion_of(s, noise, path_of(s, rig, noise, s.starts)) for s in samples]
     # Weights would hold a filter back that starts with a wrong rig and too little noise.

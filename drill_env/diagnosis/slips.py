@@ -54,7 +54,10 @@ def slips(ground: Ground, encoder: int) -> tuple[Term, float] | None:
     sizes: list[float] = []
     gain = 0.0
     for known in ground.known:
-        misread = smoothed(known.samples, noise, known.path).misread[:, encoder]
+        told = smoothed(known.samples, noise, known.path).misread
+        # A lower angle that was made of the upper one steps along with it.
+        both = known.samples.relative and encoder == 0
+        misread = told[:, :2].sum(axis=1) if both else told[:, encoder]
         n = len(misread)
         # A step from a row on misreads all rows after it.
         score = np.cumsum(misread[::-1])[::-1]

@@ -3,12 +3,13 @@
 from math import exp
 
 from drill_env._jit import inlined, kernel
+from drill_env.identification._filter_reading import reading_row
 from drill_env.identification._filter_state import D_L, D_U, N_FILTER
 from drill_env.integrator._records import N_STATE
 
 
 @kernel
-def carry(path, t, rate, restarts, loads, errors, state, out):
+def carry(path, t, rate, restarts, relative, loads, errors, state, out):
     """Whitened slopes of the innovations by the sizes of many known torques and sensor errors.
 
     Args:
@@ -16,6 +17,7 @@ def carry(path, t, rate, restarts, loads, errors, state, out):
         t: times in s, shape (n,).
         rate: reciprocals of the latent torques' correlation times, 1/s, shape (2,).
         restarts: rows at which the filter starts anew, ascending, the first 0; shape (r,).
+        relative: see `reading_row`.
         loads: torques on both discs over the interval after each row, Nm, shape (n, 2, m).
         errors: errors of the readings, rad or rad/s, shape (n, readings, m), or no rows.
         state: working array, shape (6, m).
@@ -40,7 +42,10 @@ def carry(path, t, rate, restarts, loads, errors, state, out):
             if errors.shape[0] > 0:
                 for c in range(count):
                     out[k, e, c] = errors[k, e, c]
-            read(row, e, state, out[k, e])
+                if e == 1 and relative:
+                    for c in range(count):
+                        out[k, 1, c] -= errors[k, 0, c]
+            read(row, e, relative, state, out[k, e])
         for disc in range(2):
             if row.stuck[disc]:
                 for c in range(count):
@@ -71,14 +76,13 @@ def step(row, decay_u, decay_l, loads, state):
 
 
 @inlined
-def read(row, reading, state, out):
+def read(row, reading, relative, state, out):
     """Errors of the filtered state after one reading, whose own errors are in `out`."""
-    a = 1.0 if reading == 0 else 0.0
-    place = 3 if reading < 2 else reading - 1
+    a, b, place = reading_row(reading, relative)
     weight, gain = row.weight[reading], row.gain[reading]
     g0, g1, g2, g3, g4, g5 = gain[0], gain[1], gain[2], gain[3], gain[4], gain[5]
     for c in range(state.shape[1]):
-        wrong = a * state[0, c] + state[place, c] + out[c]
+        wrong = a * state[0, c] + b * state[place, c] + out[c]
         out[c] = wrong * weight
         state[0, c] -= g0 * wrong
         state[1, c] -= g1 * wrong
@@ -89,7 +93,7 @@ def read(row, reading, state, out):
 
 
 @kernel
-def smooth(path, t, rate, restarts, filtered, r, moved, states, pull, misread):
+def smooth(path, t, rate, restarts, relative, filtered, r, moved, states, pull, misread):
     """Smooth the states (Bryson and Frazier) and find where the likelihood pulls.
 
     Args:
@@ -97,6 +101,7 @@ def smooth(path, t, rate, restarts, filtered, r, moved, states, pull, misread):
         t: times in s, shape (n,).
         rate: reciprocals of the latent torques' correlation times, 1/s, shape (2,).
         restarts: rows at which the filter starts anew, ascending, the first 0; shape (r,).
+        relative: see `reading_row`.
         filtered: states after each row's samples, shape (n, 6).
         r: working array, shape (6,).
         moved: working array, shape (6,).
@@ -123,12 +128,11 @@ def smooth(path, t, rate, restarts, filtered, r, moved, states, pull, misread):
             for i in range(N_FILTER):
                 score -= row.gain[e, i] * r[i]
             misread[k, e] = score
-            if e < 2:
-                r[3] += score
-                if e == 0:
-                    r[0] += score
-            else:
-                r[e - 1] += score
+            a, b, place = reading_row(e, relative)
+            r[0] += a * score
+            r[place] += b * score
+        if relative:
+            misread[k, 0] -= misread[k, 1]
         if window >= 0 and restarts[window] == k:
             window -= 1
             for i in range(N_FILTER):

@@ -142,10 +142,12 @@ def run_filter(
             if status != DONE:
                 return status
         for e in range(readings):
-            gap, variance = 0.0, 0.0
-            if angles[k, e] == angles[k, e]:
+            gap, variance, read = 0.0, 0.0, angles[k, e]
+            if e == 1 and f.relative:
+                read -= angles[k, 0]
+            if read == read:
                 gap, variance = update(
-                    f, e, angles[k, e], noise[k, e], gradients[window], informations[window]
+                    f, e, read, noise[k, e], gradients[window], informations[window]
                 )
             if trace.shape[0] > 0:
                 trace[k, 2 * e], trace[k, 2 * e + 1] = gap, variance

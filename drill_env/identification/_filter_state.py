@@ -17,6 +17,7 @@ FILTER = np.dtype(
         ("rate", "f8", (2,)),  # reciprocal of their correlation times, 1/s
         ("robust", "f8"),  # innovations beyond so many standard deviations lose weight
         ("release", "f8"),  # innovations beyond so many standard deviations free a stuck disc
+        ("relative", "i8"),  # whether theta_l is read as its difference from theta_u
         ("slopes", "i8"),  # columns of S; 0 for none
         ("summed", "i8"),  # whether gradient and information are wanted
         ("offset", "f8"),

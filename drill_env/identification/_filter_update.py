@@ -2,7 +2,8 @@
 
 from math import log
 
-from drill_env._jit import kernel
+from drill_env._jit import inlined, kernel
+from drill_env.identification._filter_reading import reading_row
 from drill_env.identification._filter_state import N_FILTER, START_OFFSET
 from drill_env.integrator._records import N_STATE
 from drill_env.parameters._record import N_PARAMETERS
@@ -18,36 +19,23 @@ def take_volume(f):
     f.volume = 1.0
 
 
-@kernel
-def foresee_angle(f, upper):
-    """Put an encoder's row of the measurement into `PH` and `slope`; its reading and variance."""
-    a = 1.0 if upper else 0.0
+@inlined
+def foresee_reading(f, reading):
+    """Put a reading's row of the measurement into `PH` and `slope`; its value and variance."""
+    a, b, row = reading_row(reading, f.relative)
     for i in range(N_FILTER):
-        f.PH[i] = a * f.P[i, 0] + f.P[i, 3]
+        f.PH[i] = a * f.P[i, 0] + b * f.P[i, row]
     for c in range(f.slopes):
-        f.slope[c] = a * f.S[0, c] + f.S[3, c]
+        f.slope[c] = a * f.S[0, c] + b * f.S[row, c]
     if f.slopes > 0:
         f.slope[N_PARAMETERS + START_OFFSET] -= a
-    return a * (f.y[0] - f.offset) + f.y[3], a * f.PH[0] + f.PH[3]
-
-
-@kernel
-def foresee_velocity(f, row):
-    """As `foresee_angle`, for the velocity in a row of the state."""
-    for i in range(N_FILTER):
-        f.PH[i] = f.P[i, row]
-    for c in range(f.slopes):
-        f.slope[c] = f.S[row, c]
-    return f.y[row], f.PH[row]
+    return a * (f.y[0] - f.offset) + b * f.y[row], a * f.PH[0] + b * f.PH[row]
 
 
 @kernel
 def update(f, reading, measured, noise, gradient, information):
     """Take one sample in; returns its innovation (rad or rad/s) and the variance of that."""
-    if reading < 2:
-        expected, spread = foresee_angle(f, reading == 0)
-    else:
-        expected, spread = foresee_velocity(f, reading - 1)
+    expected, spread = foresee_reading(f, reading)
     gap, variance = measured - expected, spread + noise
     used, loss = variance, gap * gap / variance
     if gap * gap > f.robust * f.robust * variance:

@@ -11,6 +11,7 @@ from math import exp
 import numpy as np
 
 from drill_env._jit import inlined, kernel
+from drill_env.identification._filter_reading import reading_row
 from drill_env.identification._filter_state import D_L, D_U, N_FILTER
 from drill_env.integrator._records import N_STATE
 
@@ -25,6 +26,7 @@ NOISE_SLOPES = np.dtype(
         ("rate", "f8", (2,)),  # reciprocals of their correlation times, 1/s
         ("robust", "f8"),  # innovations beyond so many standard deviations lose weight
         ("release", "f8"),  # and beyond so many free a stuck disc
+        ("relative", "i8"),  # see `reading_row`
         ("P", "f8", (N_FILTER, N_FILTER)),
         ("FP", "f8", (N_FILTER, N_FILTER)),
         ("PH", "f8", (N_FILTER,)),
@@ -125,19 +127,18 @@ def renew(w, disc, decay, state, dt):
 @inlined
 def foresee(w, reading, noise):
     """Put a reading's row of the measurement into `PH`, `dPH`, `dS` and `dgap`; its variance."""
-    a = 1.0 if reading == 0 else 0.0
-    row = 3 if reading < 2 else reading - 1
+    a, b, row = reading_row(reading, w.relative)
     for k in range(_BLOCKS):
-        w.dPH[k] = a * w.H[0, k] + w.H[row, k]
+        w.dPH[k] = a * w.H[0, k] + b * w.H[row, k]
     for i in range(N_FILTER):
-        w.PH[i] = a * w.P[i, 0] + w.P[i, row]
+        w.PH[i] = a * w.P[i, 0] + b * w.P[i, row]
         for c in range(N_NOISE):
-            w.dPH[i * N_NOISE + c] += a * w.H[i, c] + w.H[i, row * N_NOISE + c]
+            w.dPH[i * N_NOISE + c] += a * w.H[i, c] + b * w.H[i, row * N_NOISE + c]
     for c in range(N_NOISE):
-        w.dS[c] = a * w.dPH[c] + w.dPH[row * N_NOISE + c]
-        w.dgap[c] = -a * w.H[0, _STATE + c] - w.H[row, _STATE + c]
+        w.dS[c] = a * w.dPH[c] + b * w.dPH[row * N_NOISE + c]
+        w.dgap[c] = -a * w.H[0, _STATE + c] - b * w.H[row, _STATE + c]
     w.dS[_SENSORS + reading] += 2.0 * noise
-    return a * w.PH[0] + w.PH[row] + noise
+    return a * w.PH[0] + b * w.PH[row] + noise
 
 
 @inlined

@@ -24,8 +24,9 @@ from drill_env.identification.descent import (
 from drill_env.identification.drive import with_known_scale
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_fit import told
-from drill_env.identification.noise_of_recording import first_speeds
+from drill_env.identification.noise_of_recording import first_speeds, noise_shown
 from drill_env.identification.prior import Prior
+from drill_env.identification.readings import made_of_twist
 from drill_env.identification.samples import prepare
 from drill_env.identification.sandwich import sandwich_covariance
 from drill_env.parameters import Rig
@@ -199,7 +200,11 @@ def identify(
     names = free_names(free, rig, fixed)
     base = rig.replace(**fixed)
     window = options.window if options.method == "multiple_shooting" else math.inf
-    samples = tuple(prepare(r, base, window=window, offset=options.offset) for r in recordings)
+    relative = base.inertias == 2 and made_of_twist(recordings)
+    samples = tuple(
+        prepare(r, base, window=window, offset=options.offset, relative=relative)
+        for r in recordings
+    )
     problem = Problem(
         samples=samples,
         groups=tuple(range(len(samples))) if options.noise == "each" else (0,) * len(samples),
@@ -274,12 +279,8 @@ def _first_noise(problem: Problem) -> list[NoiseModel]:
         members = [
             s.recording for s, g in zip(problem.samples, problem.groups, strict=True) if g == group
         ]
-        quanta = [recording.quanta for recording in members]
         model = _FIRST_NOISE if problem.torques else _NO_TORQUE
-        for name, key in (("encoder_u", "theta_u"), ("encoder_l", "theta_l")):
-            steps = [q[key] for q in quanta if key in q]
-            if steps:
-                model = replace(model, **{name: max(steps) / math.sqrt(12.0)})
+        model = replace(model, **noise_shown(members, problem.samples[0].relative))
         models.append(replace(model, **first_speeds(members)))
     return models
 

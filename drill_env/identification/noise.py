@@ -70,15 +70,28 @@ def roughness(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(np.diff(known, 3) ** 2) / 20.0)) if len(known) > 3 else 0.0
 
 
+# Eighth differences keep white noise, times the root of 12870, and hide a smooth motion.
+_ORDER, _GROWTH = 8, math.sqrt(12870.0)
+# Of the largest tenth of them, outliers; the rest ends at so many times what it begins at.
+_USUAL, _MOST = 0.9, 3.0
+
+
 def shiver(values: FloatArray) -> float:
     """As `roughness`, of most samples: what a resonance or a few outliers add is left out.
 
     An analog sensor's noise is many of its digits; that of an encoder at rest is none.
     """
-    # Eighth differences keep white noise, times the root of 12870; NaN stays where it is.
-    rough = np.abs(np.diff(values, 8))
+    rough = np.abs(np.diff(values, _ORDER))
     known = rough[np.isfinite(rough)]
-    return float(1.4826 * np.median(known) / math.sqrt(12870.0)) if len(known) else 0.0
+    return float(1.4826 * np.median(known) / _GROWTH) if len(known) else 0.0
+
+
+def clipped_shivers(values: FloatArray) -> FloatArray:
+    """High differences of readings, which are noise but for a few, these cut; shape (n - 8,)."""
+    rough = np.diff(values, _ORDER)
+    known = np.abs(rough[np.isfinite(rough)])
+    most = _MOST * float(np.quantile(known, _USUAL)) if len(known) else 0.0
+    return np.clip(rough, -most, most)
 
 
 def repeated_counts(theta: FloatArray) -> FloatArray:

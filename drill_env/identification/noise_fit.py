@@ -88,7 +88,7 @@ def derivatives_by_noise(
     w = np.zeros(1, dtype=NOISE_SLOPES)
     w["variance"] = (noise.torque_u**2, noise.torque_l**2)
     w["rate"] = (1.0 / noise.tau_u, 1.0 / noise.tau_l)
-    w["robust"], w["release"] = robust, samples.release
+    w["robust"], w["release"], w["relative"] = robust, samples.release, samples.relative
     by_size, by_gap = (np.zeros((*trace.innovation.shape, N_NOISE)) for _ in range(2))
     noise_slopes(
         w[0], samples.t, samples.restarts, trace.transitions, trace.stuck, trace.state,

@@ -36,7 +36,7 @@ def estimated_noise(
     Returns:
         The noise, and starts as `Samples.starts`, shape (m, 5).
     """
-    noise = noise or _first_noise(samples.recording)
+    noise = noise or _first_noise(samples)
     starts = settled_starts(samples, rig, noise)
     value = score(samples, rig, noise, starts).value
     for _ in range(rounds):
@@ -51,13 +51,9 @@ def estimated_noise(
     return noise, starts
 
 
-def _first_noise(recording: Recording) -> NoiseModel:
-    steps = {
-        "encoder_u": recording.quanta.get("theta_u"),
-        "encoder_l": recording.quanta.get("theta_l"),
-    }
-    known = {name: step / math.sqrt(12.0) for name, step in steps.items() if step}
-    return replace(NoiseModel(), **known, **first_speeds([recording]))
+def _first_noise(samples: Samples) -> NoiseModel:
+    known = noise_shown([samples.recording], samples.relative)
+    return replace(NoiseModel(), **known, **first_speeds([samples.recording]))
 
 
 def first_speeds(recordings: Sequence[Recording]) -> dict[str, float]:
@@ -87,16 +83,23 @@ def settled_starts(
     return starts
 
 
-def noise_shown(recordings: Sequence[Recording]) -> dict[str, float]:
+def noise_shown(recordings: Sequence[Recording], relative: bool) -> dict[str, float]:
     """Noise that the readings of encoders show by themselves, rad, as `NoiseModel` names it.
 
     Of rounding to counts, or of an analog sensor, whose noise is many of its digits; nothing is
     said of a sensor that does not round.
+
+    Args:
+        recordings: that share it.
+        relative: whether the lower sensor read the twist, see `made_of_twist`.
     """
     shown = {}
     for name, channel in _ANGLES.items():
-        steps = [r.quanta[channel] for r in recordings if channel in r.quanta]
-        if steps:
-            least = min(shiver(r.channel(channel)) for r in recordings if channel in r.quanta)
-            shown[name] = max(max(steps) / math.sqrt(12.0), least)
+        rounded = [r for r in recordings if channel in r.quanta]
+        if not rounded:
+            continue
+        apart = relative and channel == "theta_l"
+        read = [r.channel(channel) - (r.channel("theta_u") if apart else 0.0) for r in rounded]
+        rounding = max(r.quanta[channel] for r in rounded) / math.sqrt(12.0)
+        shown[name] = max(rounding, min(map(shiver, read)))
     return shown

@@ -157,6 +157,7 @@ def _filter(
     f["variance"] = (noise.torque_u**2, noise.torque_l**2)
     f["rate"] = (1.0 / noise.tau_u, 1.0 / noise.tau_l)
     f["robust"], f["slopes"] = robust, N_SLOPES if slopes else 0
+    f["relative"] = samples.relative
     f["release"], f["parts"], f["summed"] = samples.release, 1, path_rows == 0
     run = np.zeros(1, dtype=RUN)
     run["h"] = samples.t[1]

@@ -3,23 +3,49 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.friction import lower_curve
-from drill_env.identification.noise import repeated_counts
+from drill_env.identification.noise import clipped_shivers, repeated_counts
 from drill_env.parameters import Rig
 from drill_env.recordings import Channel, Recording
 
 READINGS: tuple[Channel, ...] = ("theta_u", "theta_l", "omega_u", "omega_l")
 """In the order of the filter's columns; the velocities are there where one is recorded."""
 
+# How far from 1 the share of the upper sensor's noise in the lower angle may be.
+_FOLLOWS = 0.3
+# Decimals at which a difference of two counted angles is the same count again.
+_DIGITS = 9
+
 START_ANGLE = 0.05
 """Doubt about the angles that a restart takes from the samples around it, rad."""
 
 
-def readings_of(recording: Recording, rig: Rig) -> tuple[FloatArray, FloatArray]:
+def made_of_twist(recordings: Sequence[Recording]) -> bool:
+    """Whether theta_l was made of theta_u and a measured twist, and has the noise of both.
+
+    A flexible joint's deflection is often measured from the hub. In high differences little is left
+    but noise: of sensors apart, the lower one's does not follow the upper one's; of such, it does.
+    """
+    product = square = 0.0
+    for recording in recordings:
+        angles = recording.angles()
+        if len(angles) < 2:
+            continue
+        upper, lower = (clipped_shivers(angles[name]) for name in READINGS[:2])
+        known = np.isfinite(upper) & np.isfinite(lower)
+        product += float(upper[known] @ lower[known])
+        square += float(upper[known] @ upper[known])
+    return square > 0.0 and abs(product / square - 1.0) < _FOLLOWS
+
+
+def readings_of(
+    recording: Recording, rig: Rig, *, relative: bool = False
+) -> tuple[FloatArray, FloatArray]:
     """The readings as `Samples.angles`, and how many samples share a rounding error."""
     discs = "u" if rig.inertias == 1 else "ul"
     found = {n: v for n, v in recording.readings().items() if n[-1] in discs}
@@ -34,6 +60,9 @@ def readings_of(recording: Recording, rig: Rig) -> tuple[FloatArray, FloatArray]
             # A velocity's step need not be known: noise does not repeat itself.
             if name in recording.quanta or place > 1:
                 repeats[:, place] = repeated_counts(found[name])
+    if relative and "theta_l" in found:
+        twist = angles[:, 0] - angles[:, 1]
+        repeats[:, 1] = repeated_counts(np.round(twist, _DIGITS))
     return angles, repeats
 
 

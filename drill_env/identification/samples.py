@@ -17,6 +17,7 @@ from drill_env.identification.readings import (
     READINGS,
     START_ANGLE,
     doubt_what_velocities_hide,
+    made_of_twist,
     readings_of,
 )
 from drill_env.parameters import Rig
@@ -48,6 +49,7 @@ class Samples:
         acting: effects that the filter takes at its own state.
         release: innovations beyond so many standard deviations free a disc that the rig holds;
             0 for never. A search for missing physics must follow rigs that are wrong.
+        relative: whether theta_l was made of theta_u and a measured twist, see `made_of_twist`.
     """
 
     recording: Recording
@@ -61,6 +63,7 @@ class Samples:
     spreads: FloatArray
     acting: Bundle = NOTHING
     release: float = 0.0
+    relative: bool = False
 
     @property
     def names(self) -> tuple[Channel, ...]:
@@ -71,6 +74,7 @@ class Samples:
         """Errors of the readings when the sensors mistake the discs' angles.
 
         A disc of which only the velocity is read has a sensor whose error is the derivative.
+        A lower angle that was made of the upper one has that one's error too.
 
         Args:
             errors: of both sensors' angles, rad, shape (n, 2) or (n, 2, m).
@@ -78,6 +82,8 @@ class Samples:
         Returns:
             Shape (n, readings) or (n, readings, m).
         """
+        if self.relative:
+            errors = np.stack([errors[:, 0], errors[:, 0] + errors[:, 1]], axis=1)
         if self.angles.shape[1] == 2:
             return errors
         out = np.zeros((len(self.t), 4, *errors.shape[2:]))
@@ -89,7 +95,12 @@ class Samples:
 
 
 def prepare(
-    recording: Recording, rig: Rig, *, window: float = math.inf, offset: float = 0.1
+    recording: Recording,
+    rig: Rig,
+    *,
+    window: float = math.inf,
+    offset: float = 0.1,
+    relative: bool | None = None,
 ) -> Samples:
     """Make a recording ready for the filter.
 
@@ -99,6 +110,8 @@ def prepare(
         window: s after which the state is forgotten and estimated anew (multiple shooting).
         offset: standard deviation of the twist that the encoders do not show at their zeros,
             rad.
+        relative: whether theta_l was made of theta_u and a measured twist; by default, whether this
+            recording's noise says so.
 
     Raises:
         InputError: a channel is missing or an argument is out of range.
@@ -107,7 +120,9 @@ def prepare(
         raise InputError(f"window is {window}: give seconds greater than 0")
     t = recording.t - recording.t[0]
     u = recording.channel("u")
-    angles, repeats = readings_of(recording, rig)
+    if relative is None:
+        relative = rig.inertias == 2 and made_of_twist([recording])
+    angles, repeats = readings_of(recording, rig, relative=relative)
     restarts = _restarts(t, recording.interval, window)
     starts = np.zeros((len(restarts), N_START))
     spreads = np.zeros((len(restarts), N_START))
@@ -122,7 +137,9 @@ def prepare(
         if recording.velocities():
             doubt_what_velocities_hide(spreads[i], recording, rig)
     loads = np.zeros((len(t), 2))
-    return Samples(recording, t, u, angles, repeats, loads, restarts, starts, spreads)
+    return Samples(
+        recording, t, u, angles, repeats, loads, restarts, starts, spreads, relative=relative
+    )
 
 
 def _restarts(t: FloatArray, interval: float, window: float) -> IntArray:

@@ -44,8 +44,8 @@ def smoothed(samples: Samples, noise: NoiseModel, path: Path) -> Smoothed:
     states, pull, misread = (np.zeros((n, m)) for m in (N_FILTER, 2, readings))
     rate = np.array([1.0 / noise.tau_u, 1.0 / noise.tau_l])
     smooth(
-        path.rows, samples.t, rate, samples.restarts, path.trace.state, np.zeros(N_FILTER),
-        np.zeros(N_FILTER), states, pull, misread,
+        path.rows, samples.t, rate, samples.restarts, samples.relative, path.trace.state,
+        np.zeros(N_FILTER), np.zeros(N_FILTER), states, pull, misread,
     )  # fmt: skip
     return Smoothed(states, pull, misread)
 
@@ -71,7 +71,7 @@ def slopes_of(
     state = np.zeros((N_FILTER, loads.shape[2]))
     rate = np.array([1.0 / noise.tau_u, 1.0 / noise.tau_l])
     carry(
-        path.rows, samples.t, rate, samples.restarts, np.ascontiguousarray(loads),
-        np.ascontiguousarray(wrong), state, out,
+        path.rows, samples.t, rate, samples.restarts, samples.relative,
+        np.ascontiguousarray(loads), np.ascontiguousarray(wrong), state, out,
     )  # fmt: skip
     return out
