@@ -17,6 +17,7 @@ from drill_env.cli.simulate_command import simulate_command
 from drill_env.effects import LIBRARY, Effect
 from drill_env.effects.declared import FRICTION
 from drill_env.effects.describe import library_tables
+from drill_env.friction import lower_curve
 from drill_env.identification.replay import replay
 from drill_env.identification.validation import validate
 from drill_env.integrator import Disc, Kind, sampled_voltage, simulate, simulate_batch
@@ -319,6 +320,30 @@ def test_actuator_lag_equals_the_lagged_voltage():
     np.testing.assert_allclose(ours, truth.state, atol=1e-4)
 
 
+def test_current_limit_equals_a_clipped_torque_of_the_motor():
+    """By another solver, while both discs turn forward."""
+    level, back_emf, volts = 1.2, 0.4, (4.0, 2.0)
+    effect = {"id": "current_limit", "level": level, "back_emf": back_emf}
+    begun = np.array([2.0, 4.0, 4.0, 0.0])
+    n = 401
+
+    def rates(t, y):
+        twist, omega_u, omega_l, _ = y
+        u = volts[int(t >= 1.0)]
+        left = u - back_emf * omega_u
+        drive = RIG.km * (np.clip(left, -level, level) + back_emf * omega_u)
+        upper = drive - RIG.ktheta * twist - RIG.Tsu - RIG.dTsu - (RIG.bu + RIG.dbu) * omega_u
+        lower = RIG.ktheta * twist - float(lower_curve(RIG, np.array([omega_l]))[0])
+        return omega_u - omega_l, upper / RIG.Ju, lower / RIG.Jl, omega_l
+
+    truth = solve_ivp(rates, (0.0, 2.0), begun, t_eval=T[:n], rtol=1e-9, atol=1e-9, max_step=0.005)
+    u = np.where(T[:n] >= 1.0 - 1e-9, volts[1], volts[0])
+    ours = run_extended(extended(effect), T[:n], u, begun)[0]
+    plain = run_extended(RIG, T[:n], u, begun)[0]
+    np.testing.assert_allclose(ours, truth.y.T, atol=2e-3)
+    assert np.abs(ours - plain).max() > 0.5
+
+
 @pytest.mark.parametrize("as_table", [False, True])
 def test_stribeck_effect_on_coulomb_equals_the_stribeck_rig(as_table):
     """Break-away, sliding and sticking of an effect that is friction."""
@@ -418,6 +443,7 @@ NEUTRAL = {
     "string_inertia": {"frequency": 100.0, "damping": 0.02},
     "friction_lag": {"time_constant": 5e-4},
     "presliding": {"distance": 2e-4},
+    "current_limit": {"level": 150.0, "back_emf": 0.5},
     "encoder_delay_upper": {"delay": 0.0},
     "encoder_delay_lower": {"delay": 0.0},
 }

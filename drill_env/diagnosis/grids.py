@@ -14,7 +14,11 @@ _PEAKS = 3
 
 _HIGHEST_HZ = 40.0
 
+# Shares of the highest voltage: just below it, and all the way where the grid ends far below.
 _TOPS = (0.99, 0.98, 0.965, 0.945, 0.92, 0.89)
+_WIDE = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
+# Of what brakes the upper disc.
+_BACK_EMF = (0.45, 0.9)
 
 # Of one turn, for the search of orders.
 _BINS = 512
@@ -22,7 +26,7 @@ _BINS = 512
 
 def grid_of(effect: Effect, ground: Ground) -> list[FloatArray]:
     """Points of an effect's declared grids, with the peaks of frequency, order and time added."""
-    axes = []
+    axes, rig = [], ground.fit.rig
     for p in effect.parameters:
         values = p.grid
         if p.name == "frequency" and effect.id.endswith("_disturbance"):
@@ -33,7 +37,11 @@ def grid_of(effect: Effect, ground: Ground) -> list[FloatArray]:
         if p.name == "level":
             # A limit just below the highest voltage clips little, and little else shows it.
             top = max(float(np.abs(k.motion.u).max()) for k in ground.known)
-            values = tuple(sorted({*values, *(share * top for share in _TOPS)}))
+            wide = () if top < 2.0 * p.grid[-1] else (share * top for share in _WIDE)
+            values = tuple(sorted({*values, *wide, *(share * top for share in _TOPS)}))
+        if p.name == "back_emf":
+            # What brakes the upper disc may be the motor's back EMF wholly, or in part.
+            values = tuple(share * abs(rig.bu / rig.km) for share in _BACK_EMF)
         if p.name == "time":
             end = max(float(k.motion.t[-1]) for k in ground.known)
             values = tuple(np.arange(0.02, 0.99, 0.03) * end)

@@ -8,6 +8,7 @@ from drill_env.effects.actuator_lag import EFFECT as _actuator_lag
 from drill_env.effects.amplifier_deadzone import EFFECT as _amplifier_deadzone
 from drill_env.effects.amplifier_saturation import EFFECT as _amplifier_saturation
 from drill_env.effects.brake_runout import EFFECT as _brake_runout
+from drill_env.effects.current_limit import EFFECT as _current_limit
 from drill_env.effects.dwell_stiction import EFFECT as _dwell_stiction
 from drill_env.effects.encoder_delay_lower import EFFECT as _encoder_delay_lower
 from drill_env.effects.encoder_delay_upper import EFFECT as _encoder_delay_upper
@@ -114,6 +115,7 @@ _ALL = (
     _upper_friction_lag,
     _upper_presliding,
     _upper_unbalance,
+    _current_limit,
 )
 
 LIBRARY = MappingProxyType({effect.id: effect for effect in _ALL})

@@ -5,6 +5,7 @@ from drill_env.effects.actuator_lag import actuator_lag
 from drill_env.effects.amplifier_deadzone import amplifier_deadzone
 from drill_env.effects.amplifier_saturation import amplifier_saturation
 from drill_env.effects.brake_runout import brake_runout
+from drill_env.effects.current_limit import current_limit
 from drill_env.effects.dwell_stiction import dwell_stiction
 from drill_env.effects.encoder_delay_lower import encoder_delay_lower
 from drill_env.effects.encoder_delay_upper import encoder_delay_upper
@@ -111,6 +112,7 @@ ORDER = (
     "upper_friction_lag",
     "upper_presliding",
     "upper_unbalance",
+    "current_limit",
 )
 """The number of an effect is its place here."""
 
@@ -226,3 +228,5 @@ def respond(code, p, q, m, s, out):
         upper_presliding(p, q, m, s, out)
     elif code == 53:
         upper_unbalance(p, q, m, s, out)
+    elif code == 54:
+        current_limit(p, q, m, s, out)

@@ -17,10 +17,11 @@ from drill_env.parameters import Rig
 
 STEADY = frozenset(
     {
-        "amplifier_saturation", "amplifier_deadzone", "supply_sag", "gain_asymmetry",
-        "load_dependent_friction", "upper_stribeck", "upper_quadratic_drag", "upper_coulomb",
-        "upper_viscous", "upper_offset", "upper_asymmetry", "string_damping", "string_hardening",
-        "string_asymmetry", "lower_stribeck", "lower_asymmetry", "quadratic_drag", "whirl_drag",
+        "amplifier_saturation", "amplifier_deadzone", "supply_sag", "current_limit",
+        "gain_asymmetry", "load_dependent_friction", "upper_stribeck", "upper_quadratic_drag",
+        "upper_coulomb", "upper_viscous", "upper_offset", "upper_asymmetry", "string_damping",
+        "string_hardening", "string_asymmetry", "lower_stribeck", "lower_asymmetry",
+        "quadratic_drag", "whirl_drag",
     }
 )  # fmt: skip
 """Effects without memory that follow neither time nor an angle."""
