@@ -37,8 +37,8 @@ def grid_of(effect: Effect, ground: Ground) -> list[FloatArray]:
         if p.name == "level":
             # A limit just below the highest voltage clips little, and little else shows it.
             top = max(float(np.abs(k.motion.u).max()) for k in ground.known)
-            wide = () if top < 2.0 * p.grid[-1] else (share * top for share in _WIDE)
-            values = tuple(sorted({*values, *wide, *(share * top for share in _TOPS)}))
+            shares = _TOPS if top < 2.0 * max(p.grid) else (*_WIDE, *_TOPS)
+            values = tuple(sorted({*values, *(share * top for share in shares)}))
         if p.name == "back_emf":
             # What brakes the upper disc may be the motor's back EMF wholly, or in part.
             values = tuple(share * abs(rig.bu / rig.km) for share in _BACK_EMF)

@@ -18,8 +18,8 @@ READINGS: tuple[Channel, ...] = ("theta_u", "theta_l", "omega_u", "omega_l")
 
 # How far from 1 the share of the upper sensor's noise in the lower angle may be.
 _FOLLOWS = 0.3
-# Decimals at which a difference of two counted angles is the same count again.
-_DIGITS = 9
+# Differences of two counted angles that are no further apart, rad, are the same count.
+_SAME = 1e-9
 
 START_ANGLE = 0.05
 """Doubt about the angles that a restart takes from the samples around it, rad."""
@@ -61,8 +61,7 @@ def readings_of(
             if name in recording.quanta or place > 1:
                 repeats[:, place] = repeated_counts(found[name])
     if relative and "theta_l" in found:
-        twist = angles[:, 0] - angles[:, 1]
-        repeats[:, 1] = repeated_counts(np.round(twist, _DIGITS))
+        repeats[:, 1] = repeated_counts(np.rint((angles[:, 0] - angles[:, 1]) / _SAME))
     return angles, repeats
 
 
