@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from drill_env.diagnosis.belief import UNLISTED, belief_in, probabilities, rivals, standings
 from drill_env.diagnosis.named import named_effects
+from drill_env.diagnosis.remainder import Remainder
 from drill_env.diagnosis.rounds import Attempt, Found, Round
 from drill_env.diagnosis.terms import Named, Shape, Term
 from drill_env.effects import LIBRARY
@@ -87,6 +88,25 @@ def test_a_name_has_even_odds_where_fitted_recordings_ask_for_something_else():
     assert belief_in(found, "actuator_lag") == pytest.approx(0.5, abs=0.01)
     told = {name: chance for name, chance, _ in rivals(found, found.rounds, {"actuator_lag"})}
     assert told[shape.id] == pytest.approx(0.5, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("name", "shares", "most"),
+    [
+        ("actuator_lag", (0.3, 0.0), 0.5),
+        ("actuator_lag", (0.1, 0.9), 1.0),  # at the other disc
+        ("encoder_gain_lower", (0.0, 0.3), 0.5),
+        ("encoder_gain_lower", (0.1, 0.1), 1.0),
+        ("upper_viscous", (0.9, 0.0), 1.0),  # the rig's own
+    ],
+)
+def test_a_name_that_leaves_what_the_motion_predicts_has_even_odds(name, shares, most):
+    term = Term(Named(LIBRARY[name]), np.ones(1))
+    one = Round(SimpleNamespace(bic=0.0), (), (Attempt(None, term, 5e3, 5e3),), ())
+    left = Remainder(shares, (1e-3, 1e-3))
+    final = SimpleNamespace(bic=-5e3, terms=(term,))
+    found = Found(None, None, (one,), final, remainder=left)
+    assert belief_in(found, name) == pytest.approx(min(most, 1.0 - UNLISTED), abs=1e-6)
 
 
 def unused(rig, motion):

@@ -88,7 +88,7 @@ def diagnose_command(
     The rig is fitted first; then every effect of the library is scored, the best are fitted
     together with the rig and the noise, and what the data demand is kept if it helps on
     recordings that were held out. Writes index.html, diagnosis.json and rig-extended.toml. Four
-    recordings of a minute take one or two minutes of CPU.
+    recordings of a minute take half a minute of CPU, two or three minutes on some rigs.
 
     Example: drill-env diagnose fit-*.csv --holdout hold.csv --out report
     """

@@ -11,10 +11,10 @@ from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import Judged, remaining
 from drill_env.diagnosis.judging import without_names
 from drill_env.diagnosis.remainder import PREDICTABLE, Latent, Remainder, remainder_of, share_by
-from drill_env.diagnosis.rounds import Found, is_named
+from drill_env.diagnosis.rounds import Found, acts_at, is_named
 from drill_env.diagnosis.shapes import COORDINATES, Place, plain_shape
 from drill_env.diagnosis.slips import Slips
-from drill_env.diagnosis.terms import Shape, Term
+from drill_env.diagnosis.terms import Term
 from drill_env.identification.samples import Samples
 
 # Names are refuted by more than this share of what the rig alone left and the motion predicts.
@@ -96,14 +96,7 @@ def _doubted(left: Remainder, alone: Remainder) -> tuple[list[int], list[int]]:
 
 def _any_at(found: Found, discs: Sequence[int]) -> bool:
     """Whether something that was found acts at one of some discs."""
-    return bool(discs) and any(_acts_at(term, discs) for term in found.final.terms)
-
-
-def _acts_at(term: Term, discs: Sequence[int]) -> bool:
-    if isinstance(term.source, (Shape, Slips)) or term.source.effect.senses:
-        # A reading that is off shows as torques on both discs.
-        return True
-    return any(term.source.effect.equation in ("both", _DISCS[disc]) for disc in discs)
+    return any(acts_at(term, discs) for term in found.final.terms)
 
 
 def _told(found: Found, latents: Sequence[Latent]) -> Found:
