@@ -40,8 +40,8 @@ LEAVING = 0.5
 
 It holds for what it explains, and is not all. Of the names of the proof's fifteenth and sixteenth
 runs and of two sets of other makers that left more than `PREDICTABLE`, and were not refuted by it,
-none of four was right; of 59 right answers before, three had left so much. A parameter that the rig lacks is not held to it: two of two were right on a
-real axis, which has more that no formula holds.
+none of four was right; of 59 right answers before, three had left so much. A parameter that the rig
+lacks is not held to it: two of two were right on a real axis, which has more that no formula holds.
 """
 
 _Z = 1.959964
