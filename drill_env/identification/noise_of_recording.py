@@ -95,11 +95,16 @@ def noise_shown(recordings: Sequence[Recording], relative: bool) -> dict[str, fl
     """
     shown = {}
     for name, channel in _ANGLES.items():
-        rounded = [r for r in recordings if channel in r.quanta]
-        if not rounded:
-            continue
-        apart = relative and channel == "theta_l"
-        read = [r.channel(channel) - (r.channel("theta_u") if apart else 0.0) for r in rounded]
-        rounding = max(r.quanta[channel] for r in rounded) / math.sqrt(12.0)
-        shown[name] = max(rounding, min(map(shiver, read)))
+        rounded = [r for r in recordings if channel in r.quanta and channel in r.angles()]
+        if rounded:
+            rounding = max(r.quanta[channel] for r in rounded) / math.sqrt(12.0)
+            shown[name] = max(rounding, min(shiver(_read(r, channel, relative)) for r in rounded))
     return shown
+
+
+def _read(recording: Recording, channel: Channel, relative: bool) -> FloatArray:
+    """What a sensor itself read."""
+    angles = recording.angles()
+    if relative and channel == "theta_l" and "theta_u" in angles:
+        return angles[channel] - angles["theta_u"]
+    return angles[channel]
