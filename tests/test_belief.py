@@ -109,6 +109,19 @@ def test_a_name_that_leaves_what_the_motion_predicts_has_even_odds(name, shares,
     assert belief_in(found, name) == pytest.approx(min(most, 1.0 - UNLISTED), abs=1e-6)
 
 
+def test_a_shape_that_harms_held_out_recordings_is_no_rival():
+    """EMPS without its viscous term: an error of the reading over the voltage hid its name."""
+    shape = Shape("error_u_of_voltage", "sensor", "voltage", "error", (0.0, 1.0), unused)
+    viscous = Term(Named(LIBRARY["upper_viscous"]), np.ones(1))
+    beside = (Attempt(None, shape_term(shape), 2866.0, 2866.0),)
+    one = Round(SimpleNamespace(bic=0.0), (), (Attempt(None, viscous, 854.0, 854.0),), beside)
+    found = Found(None, None, (one,), SimpleNamespace(bic=-854.0, terms=(viscous,)))
+    assert belief_in(found, "upper_viscous") < 1e-6
+    found = replace(found, harmful=(shape.id,))
+    assert belief_in(found, "upper_viscous") == pytest.approx(1.0 - UNLISTED, abs=1e-6)
+    assert dict((n, p) for n, p, _ in rivals(found, found.rounds, ()))[shape.id] == 0.0
+
+
 def unused(rig, motion):
     raise AssertionError("nothing is computed of it")
 

@@ -44,6 +44,9 @@ none of four was right; of 59 right answers before, three had left so much. A pa
 lacks is not held to it: two of two were right on a real axis, which has more that no formula holds.
 """
 
+# Share of what a free shape gains that it must lose beside a name to have been its rival.
+_AS_MUCH = 0.8
+
 _Z = 1.959964
 
 
@@ -52,7 +55,7 @@ def probabilities(found: Round, given_up: Sequence[str] = ()) -> dict[str, float
 
     Args:
         found: one round of the search.
-        given_up: names that are none, whatever the fitted recordings say for them.
+        given_up: candidates that are none, whatever the fitted recordings say for them.
     """
     return _chances(found, {}, 0.0, given_up)
 
@@ -72,6 +75,8 @@ def _chances(
     evidence = {name: gain for name, gain in named.items() if name not in given_up}
     names = list(evidence)
     for attempt in found.shapes:
+        if attempt.term.id in given_up:
+            continue
         # A shape bends to anything: it must explain clearly more than a name.
         evidence[attempt.term.id] = attempt.criterion - clearly(attempt.criterion) - other
     return dict.fromkeys(given_up, 0.0) | _shares(evidence, names)
@@ -87,7 +92,7 @@ def standings(found: Found, first: Round) -> dict[str, tuple[float, float]]:
     lead = next((t.id for t in found.final.terms if t.id in found.contests), "")
     beside = found.contests[lead] if lead in alone else {}
     other = first.before.bic - found.final.bic - beside[lead] if beside else 0.0
-    chances = _chances(first, beside, other, found.given_up)
+    chances = _chances(first, beside, other, found.ruled_out)
     gains = {name: gain - other for name, gain in alone.items()} | beside
     best = max(gains.values(), default=0.0)
     return {name: (chances[name], best - gain) for name, gain in gains.items()}
@@ -111,8 +116,11 @@ def belief_in(found: Found, name: str) -> float:
     if name in found.contests:
         own = _shares(found.contests[name], list(found.contests[name]))[name]
     else:
-        rounds = [_as_asked(found, r) for r in found.rounds] if is_parameter(name) else found.rounds
-        told = (probabilities(r, found.given_up) for r in rounds)
+        rounds = found.rounds
+        if is_parameter(name):
+            after = [*rounds[1:], None][: len(rounds)]
+            rounds = [_as_asked(found, *pair) for pair in zip(rounds, after, strict=True)]
+        told = (probabilities(r, found.ruled_out) for r in rounds)
         own = max((chances.get(name, 0.0) for chances in told), default=1.0)
     return min(own, 1.0 - 0.5 * _elsewhere(found), LEAVING if _leaves(found, name) else 1.0)
 
@@ -125,10 +133,16 @@ def _leaves(found: Found, name: str) -> bool:
     return any(term.id == name and acts_at(term, discs) for term in found.final.terms)
 
 
-def _as_asked(found: Found, one: Round) -> Round:
-    """A round without the free shape that the final fit has: no rival of what the rig lacked."""
+def _as_asked(found: Found, one: Round, after: Round | None) -> Round:
+    """A round without free shapes that are no rivals of what the rig lacked.
+
+    The final fit has them beside it, or they explain as much when it is there.
+    """
     present = {term.id for term in found.final.terms}
-    return replace(one, shapes=tuple(a for a in one.shapes if a.term.id not in present))
+    left = {} if after is None else {a.term.id: a.criterion for a in after.shapes}
+    asked = [a for a in one.shapes if a.term.id not in present]
+    asked = [a for a in asked if left.get(a.term.id, -math.inf) < _AS_MUCH * a.criterion]
+    return replace(one, shapes=tuple(asked))
 
 
 def _elsewhere(found: Found) -> float:

@@ -231,7 +231,8 @@ def _verdict(
         return "unexplained"
     if effects:
         return "missing_physics"
-    if found.refuted is not None:
+    # What is in the final fit is missing from the rig, though none of it may be called by a name.
+    if found.refuted is not None or found.final.terms:
         return "unexplained"
     if options.given_rig and significant(changed):
         return "parameters"

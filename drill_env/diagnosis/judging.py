@@ -51,6 +51,7 @@ def _named_or_not(
     named = _gain(before, after)
     # A name that is refuted by what it leaves over gives way to any shape that holds.
     wanted = named + clearly(named) if found.refuted is None else _HELPS
+    harmful: list[str] = []
     for shaped in _shaped(found):
         other = tuple(judge(s, found.setting, shaped) for s in held)
         gain = _gain(before, other)
@@ -58,7 +59,9 @@ def _named_or_not(
         better = better or _far_nearer(after, other)
         if not held or not found.final.terms or gain > wanted or better:
             return replace(found, final=shaped, contests={}), other
-    return replace(found, nameless=None, refuted=None), after
+        if gain < 0.0:
+            harmful.append(shaped.terms[-1].id)
+    return replace(found, nameless=None, refuted=None, harmful=tuple(harmful)), after
 
 
 def _shaped(found: Found) -> Iterator[Fit]:

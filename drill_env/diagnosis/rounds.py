@@ -95,6 +95,7 @@ class Found:
             held-out recordings.
         remainder: how much of what the final fit leaves over the motion predicts.
         untold: the shape of that where nothing that was found accounts for it.
+        harmful: free shapes with which held-out recordings are less likely than with nothing.
     """
 
     setting: Setting
@@ -106,11 +107,17 @@ class Found:
     refuted: Fit | None = None
     remainder: Remainder | None = None
     untold: Term | None = None
+    harmful: tuple[str, ...] = ()
 
     @property
     def given_up(self) -> tuple[str, ...]:
         """The names that were refuted."""
         return () if self.refuted is None else tuple(term.id for term in self.refuted.terms)
+
+    @property
+    def ruled_out(self) -> tuple[str, ...]:
+        """Candidates that are none, whatever the fitted recordings say for them."""
+        return (*self.given_up, *self.harmful)
 
 
 def clearly(gain: float) -> float:
