@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drill_env._jit import kernel
+from drill_env._jit import entry, kernel
 from drill_env.friction._kernels import lower_sliding, lower_slope
 
 from ._filter import (
@@ -109,7 +109,7 @@ def riccati_step(a, b, value, slip, effort, feedback, work):
     value[2, 1] -= slip
 
 
-@kernel
+@entry
 def refill(cov, prior, knobs):
     """Doubt everything again, the friction and the offset most: something has changed."""
     for k in range(N_FREE):

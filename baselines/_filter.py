@@ -7,7 +7,7 @@ encoder's filter counts as pure delay, which it is well below its cutoff.
 
 from math import exp
 
-from drill_env._jit import kernel
+from drill_env._jit import entry, kernel
 from drill_env.friction._kernels import lower_sliding, lower_slope, upper_sliding
 
 TWIST, OMEGA_U, OMEGA_L = 0, 1, 2
@@ -181,7 +181,7 @@ def predict_covariance(cov, top, process, rows):
         cov[k, k] += process[k]
 
 
-@kernel
+@entry
 def correct(x, cov, seen, noise, period, lag, gain):
     """Measurement update with omega_u of `lag` + delay ago; returns innovation^2 / variance."""
     steps = (lag + x[DELAY]) / period

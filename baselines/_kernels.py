@@ -1,9 +1,9 @@
 """Compiled linear laws: one pass over all rigs in each control period."""
 
-from drill_env._jit import kernel
+from drill_env._jit import entry
 
 
-@kernel
+@entry
 def law_volts(index, error, reference, limit, laws, memory, volts):
     """Clipped voltage (V) of every rig's law.
 
@@ -27,7 +27,7 @@ def law_volts(index, error, reference, limit, laws, memory, volts):
         volts[i] = min(max(wanted, -limit), limit)
 
 
-@kernel
+@entry
 def advance_laws(index, error, reference, laws, volts, memory, scratch):
     """Carry the memory of every rig's law over the period in which `volts` were applied."""
     f, g, h = laws[0], laws[1], laws[2]

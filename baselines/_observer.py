@@ -1,11 +1,11 @@
 """Compiled observer whose friction is set-valued, as in the rig itself."""
 
-from drill_env._jit import kernel
+from drill_env._jit import entry
 
 from ._filter import PAST, predict_state
 
 
-@kernel
+@entry
 def observe_rigs(fresh, twist, speed, last, x, p, period, gain, top):
     """Predict by a period with true stick, then correct by twist and the last period's omega_u.
 

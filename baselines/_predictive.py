@@ -1,9 +1,9 @@
 """Compiled box-constrained quadratic programs, one a rig and period."""
 
-from drill_env._jit import kernel
+from drill_env._jit import entry
 
 
-@kernel
+@entry
 def solve_rigs(
     index, state, reference, limit, pull, hessian, gain, bound, sweeps, plan, work, volts
 ):

@@ -1,8 +1,19 @@
-"""The one numba decorator of the project."""
+"""How compiled code is made: every kernel of the project passes through here.
 
+Numba links whatever a function calls into that function and optimises the whole again. What is
+large is therefore compiled once, alone, and called by its address: a `unit`.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
 from typing import Any, TypeVar
 
-from numba import njit
+from llvmlite import ir
+from numba import njit, types
+from numba.core import typing
+from numba.extending import intrinsic
 
 F = TypeVar("F")
 
@@ -17,17 +28,92 @@ _OPTIONS: dict[str, Any] = {
     "_nrt": False,
     # Fused multiply-add only: no reordering, so NaN and inf keep their meaning.
     "fastmath": {"contract"},
+    "no_cfunc_wrapper": True,
 }
+# What Python never calls needs no wrapper; those took half of the time to compile.
+_INNER = {**_OPTIONS, "no_cpython_wrapper": True}
 
 
-def kernel(function: F) -> F:
-    """Compile `function` with the project's numba options.
+def entry(function: F) -> F:
+    """Compile a kernel that Python calls.
 
     The function must not allocate: working arrays are handed in by the caller.
     """
     return njit(**_OPTIONS)(function)  # pyright: ignore
 
 
+def kernel(function: F) -> F:
+    """As `entry`, for what only other kernels call."""
+    return njit(**_INNER)(function)  # pyright: ignore
+
+
 def inlined(function: F) -> F:
-    """As `kernel`, and melted into every caller: for what runs many times in a step."""
-    return njit(forceinline=True, **_OPTIONS)(function)  # pyright: ignore
+    """As `kernel`, and melted into every caller: for short formulas that run in every stage."""
+    return njit(forceinline=True, **_INNER)(function)  # pyright: ignore
+
+
+class Unit:
+    """Compiled code of one signature that is called by its address.
+
+    Attributes:
+        function: the Python source.
+        signature: types of the result and the arguments.
+        call: for kernels: `call(address, *arguments)`.
+    """
+
+    def __init__(self, function: Callable[..., Any], signature: Any, call: Any) -> None:
+        self.function = function
+        self.signature = signature
+        self.call = call
+        self._compiled: Any = njit(**_INNER)(function)
+        functools.update_wrapper(self, function)
+
+    @functools.cached_property
+    def address(self) -> int:
+        """Where the machine code lies in this process; compiles it at the first look."""
+        self._compiled.compile(self.signature)
+        result = self._compiled.overloads[self.signature.args]
+        if result.signature.return_type != self.signature.return_type:
+            raise TypeError(
+                f"{self.function.__name__} returns {result.signature.return_type}, declared is "
+                f"{self.signature.return_type}"
+            )
+        return result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
+
+    def __reduce__(self) -> str:
+        return self.function.__qualname__
+
+
+def caller(signature: Any) -> Any:
+    """What kernels call code at an address with: `call(address, *arguments)`."""
+
+    def describe(typing_context: Any, address: Any, *arguments: Any) -> Any:
+        if len(arguments) == 1 and isinstance(arguments[0], types.BaseTuple):
+            arguments = tuple(arguments[0])
+        declared = typing.signature(signature.return_type, types.int64, *signature.args)
+
+        def generate(context: Any, builder: Any, _: Any, values: Any) -> Any:
+            convention = context.call_conv
+            kind = convention.get_function_type(signature.return_type, signature.args)
+            code = builder.inttoptr(values[0], ir.PointerType(kind))
+            _, out = convention.call_function(
+                builder, code, signature.return_type, signature.args, values[1:]
+            )
+            return out
+
+        return declared, generate
+
+    names = ", ".join(f"a{i}" for i in range(len(signature.args)))
+    scope: dict[str, Any] = {"describe": describe}
+    # An intrinsic's arguments must be named one by one.
+    exec(f"def call(context, address, {names}): return describe(context, address, {names})", scope)
+    return intrinsic(scope["call"])
+
+
+def unit(signature: Any) -> Callable[[Callable[..., Any]], Unit]:
+    """Compile a function alone, when its address is first asked for.
+
+    Args:
+        signature: of numba, `result(arguments)`.
+    """
+    return lambda function: Unit(function, signature, caller(signature))

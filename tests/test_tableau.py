@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import DOP853, RK23, RK45
 
 from drill_env.integrator import _bs23, _dop853, _dopri5
-from drill_env.integrator._tableau import SHORT_STEP, TABLEAUX
+from drill_env.integrator._tableau import tableau
 
 
 def constants(module: object, name: str, rows: int, columns: int) -> np.ndarray:
@@ -40,7 +40,7 @@ def test_short_pairs(pair: object, source: type[RK45] | type[RK23]) -> None:
 
 def test_records_hold_order_conditions() -> None:
     """Independent of SciPy: quadrature conditions sum b c^k = 1/(k+1) up to the order."""
-    pairs = ((TABLEAUX["dop853"], 8), (TABLEAUX["dopri5"], 5), (SHORT_STEP, 3))
+    pairs = ((tableau("dop853"), 8), (tableau("dopri5"), 5), (tableau("bs23"), 3))
     for (tab,), order in pairs:
         n = int(tab["stages"])
         weights, nodes = tab["a"][n, :n], tab["c"][:n]

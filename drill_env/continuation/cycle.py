@@ -12,7 +12,7 @@ from drill_env.friction._kernels import map_lower
 from drill_env.integrator._advance import DONE, advance
 from drill_env.integrator._modes import start_mode
 from drill_env.integrator._records import EVENT, FIRST_PARAMETER, N_STATE, RUN, new_work
-from drill_env.integrator._tableau import TABLEAUX
+from drill_env.integrator._tableau import tableau
 from drill_env.integrator.trajectory import Events
 from drill_env.parameters import SYMBOLS, Rig
 
@@ -44,7 +44,6 @@ class PeriodMap:
         self._breaks, self._piece = np.zeros(2), np.zeros((1, 1))
         self._out, self._modes = np.zeros((0, N_STATE)), np.zeros((0, 2), dtype=np.int64)
         self._times, self._sens = np.zeros(0), np.zeros((0, N_STATE, 1))
-        self._tableau = TABLEAUX["dop853"][0]
 
     def rig_at(self, value: float) -> Rig:
         """The rig with the continued parameter set."""
@@ -74,8 +73,8 @@ class PeriodMap:
         work["sens"][0, :, :N_STATE] = np.eye(N_STATE)
         self._breaks[1], self._piece[0, 0] = period, volts
         status = advance(
-            self._p[0], run[0], work[0], self._tableau, self._breaks, self._piece, self._times,
-            self._out, self._modes, self._log, self._sens,
+            self._p[0], run[0], work[0], tableau("dop853", sensitivity=True)[0], self._breaks,
+            self._piece, self._times, self._out, self._modes, self._log, self._sens,
         )  # fmt: skip
         if status != DONE:
             raise CycleError(f"integration over one period failed (status {status}) at {value}")

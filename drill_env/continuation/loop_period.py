@@ -14,7 +14,7 @@ from drill_env.continuation.flow import CycleError
 from drill_env.continuation.loop_law import ControlLaw
 from drill_env.controllers import Controller
 from drill_env.dynamics import equilibrium_state, equilibrium_voltage
-from drill_env.dynamics._kernels import lower_rate, upper_rate
+from drill_env.dynamics._kernels import rates_at
 from drill_env.environment.config import EnvConfig
 from drill_env.friction import kernel_record
 from drill_env.integrator import NegativeFrictionWarning, Trajectory, simulate
@@ -210,8 +210,7 @@ class SampledLoop:
         rates[:, 0], rates[:, 3] = run.omega_u - run.omega_l, run.omega_l
         twist, upper, lower, _ = run.final_state
         mode = run.final_modes
-        rates[-1, 1] = upper_rate(self._p, mode[0], twist, upper, float(acted[0]))
-        rates[-1, 2] = lower_rate(self._p, mode[1], mode[2], twist, lower)
+        rates[-1, 1:3] = rates_at(self._p, mode, twist, upper, lower, float(acted[0]))
         out[:, :, -2] += rates * (run.t / duration)[:, None]
         return out
 

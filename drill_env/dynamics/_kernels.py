@@ -6,7 +6,7 @@ Mode: (upper, lower) slip directions -1, 0 (stuck), 1, and the speed range of th
 0 but where the identification estimates them.
 """
 
-from drill_env._jit import inlined, kernel
+from drill_env._jit import entry, inlined, kernel
 from drill_env.friction._kernels import (
     gradient_of,
     lower_slope,
@@ -41,6 +41,14 @@ def upper_rate(p, upper, twist, omega_u, u):
 def lower_rate(p, lower, clamped, twist, omega_l):
     """Lower-disc acceleration (rad/s^2) in slip direction `lower`, 0 when stuck."""
     return lower_rate_with(p, lower, clamped, twist, omega_l)[0]
+
+
+@entry
+def rates_at(p, mode, twist, omega_u, omega_l, u):
+    """Accelerations (rad/s^2) of the upper and the lower disc in the modes `mode`."""
+    return upper_rate(p, mode[0], twist, omega_u, u), lower_rate(
+        p, mode[1], mode[2], twist, omega_l
+    )
 
 
 @inlined
@@ -112,7 +120,7 @@ def lower_rate_slope(p, lower, clamped, s1, s2):
     return 0.0 if lower == 0 or clamped == 1 else -slope_of(p, s1, s2) * p.per_Jl
 
 
-@kernel
+@entry
 def fill_jacobian(p, upper, lower, clamped, omega_l, jac):
     """Non-zero entries of d(rates)/d(twist, omega_u, omega_l): `jac` = (u_x, u_u, l_x, l_l)."""
     fill_linear(p, upper, lower, jac)

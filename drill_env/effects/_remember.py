@@ -1,6 +1,6 @@
 """Compiled memories of effects along a known motion."""
 
-from drill_env._jit import kernel
+from drill_env._jit import entry, kernel
 from drill_env.effects._bundle import add_errors, add_torques, forget_all
 
 
@@ -26,7 +26,7 @@ def keep(memories, kept, place):
             kept[place, i, j] = memories[i, j]
 
 
-@kernel
+@entry
 def remember_along(p, bundle, memories, s, out, t, u, motion, restarts, counts, rows, kept):
     """Follow a known motion and keep what the effects remember when they come to some rows.
 

@@ -1,6 +1,6 @@
 """Compiled responses of an effect along a known motion."""
 
-from drill_env._jit import kernel
+from drill_env._jit import entry, kernel
 from drill_env.effects._dispatch import respond
 from drill_env.effects._signal import MEMORY
 from drill_env.friction._kernels import lower_sliding
@@ -24,7 +24,7 @@ def forget(m):
         m[i] = 0.0
 
 
-@kernel
+@entry
 def torques_along(code, p, q, m, s, out, t, u, motion, restarts, torques):
     """Mean torques that an effect gives over each held interval of a known motion.
 
@@ -64,7 +64,7 @@ def torques_along(code, p, q, m, s, out, t, u, motion, restarts, torques):
         torques[k, 0], torques[k, 1] = out.torque_u, out.torque_l
 
 
-@kernel
+@entry
 def errors_along(code, p, q, m, s, out, t, u, motion, restarts, errors):
     """Errors that an effect gives to the encoders' readings along a known motion.
 

@@ -1,10 +1,10 @@
 """Compiled torques of effects on discs that turn steadily."""
 
-from drill_env._jit import kernel
+from drill_env._jit import entry
 from drill_env.effects._bundle import add_torques
 
 
-@kernel
+@entry
 def torques_at(p, bundle, memories, s, out, u, states, torques):
     """Torques of effects without memory in given states.
 

@@ -33,7 +33,7 @@ from drill_env.environment.config import (
 from drill_env.friction import kernel_record
 from drill_env.friction._kernels import fill_clamp
 from drill_env.integrator._extended import new_scratch
-from drill_env.integrator._tableau import TABLEAUX
+from drill_env.integrator._tableau import tableau
 from drill_env.integrator.extended import substep_counts
 from drill_env.parameters import Rig, uncertainty
 from drill_env.parameters.uncertainty import perturb_record
@@ -70,7 +70,6 @@ class EnvCore:
         )
         self.row = self.rows.row
         self.setting = self._setting()
-        self.tableau = TABLEAUX[config.method]
         self.buffers = new_buffers(config.samples, config.control_period, config.rtol)
         self.settling = new_buffers(1, config.control_period, 1e-7)
         self.extension = self._extension() if config.rig.effects else None
@@ -134,7 +133,16 @@ class EnvCore:
             for i in np.flatnonzero(self.row["noise_row"] >= _NOISE_ROWS):
                 self._draw_noise(int(i))
         skip = self.nobody if skip is None else skip
-        plain = (0, self.n, skip, volts, self.rows, self.setting[0], self.tableau[0], self.buffers)
+        plain = (
+            0,
+            self.n,
+            skip,
+            volts,
+            self.rows,
+            self.setting[0],
+            tableau(self.config.method)[0],
+            self.buffers,
+        )
         if self.extension is None:
             failed = step_rows(*plain)
         else:

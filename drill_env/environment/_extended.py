@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from drill_env._jit import kernel
+from drill_env._jit import entry, kernel
 from drill_env._types import FloatArray
 from drill_env.effects._bundle import Bundle, forget_all
 from drill_env.environment._kernel import end_period, fill_reward, fill_torques, follow_schedule
@@ -54,7 +54,7 @@ def run_period(row, extension, memories, setting, tab, times, out):
     return DONE
 
 
-@kernel
+@entry
 def step_extended(first, last, skip, volts, rows, setting, tab, buffers, extension):
     """As `step_rows`, with effects."""
     limit = setting.limit
@@ -78,7 +78,7 @@ def step_extended(first, last, skip, volts, rows, setting, tab, buffers, extensi
     return -1
 
 
-@kernel
+@entry
 def start_extended(i, rows, setting, extension):
     """As `start_row`, with effects that remember nothing yet."""
     row, memories, scratch = rows.row[i], extension.memories[i], extension.scratch

@@ -1,6 +1,6 @@
 """Compiled step and start of any number of environments."""
 
-from drill_env._jit import inlined, kernel
+from drill_env._jit import entry, inlined
 from drill_env.dynamics._kernels import lower_rate, upper_rate
 from drill_env.environment._records import (
     EFFORT,
@@ -92,7 +92,7 @@ def end_period(i, rows, old_voltage, out, setting):
     fill_reward(row, old_voltage, setting)
 
 
-@kernel
+@entry
 def step_rows(first, last, skip, volts, rows, setting, tab, buffers):
     """One control period for the environments first..last-1 that are not skipped.
 
@@ -122,7 +122,7 @@ def step_rows(first, last, skip, volts, rows, setting, tab, buffers):
     return -1
 
 
-@kernel
+@entry
 def start_row(i, rows, setting):
     """Modes, sensors, truth and observation of environment `i` in its initial state."""
     row = rows.row[i]
@@ -133,7 +133,7 @@ def start_row(i, rows, setting):
     fill_observation(row, True, setting, rows.observation[i])
 
 
-@kernel
+@entry
 def settle_on_cycle(p, run, volts, phase, settle, watch, tab, buffers):
     """Put `run` on the open-loop limit cycle, `phase` of a period after a maximum of omega_l.
 

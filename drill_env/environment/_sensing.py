@@ -2,7 +2,7 @@
 
 from math import floor
 
-from drill_env._jit import inlined, kernel
+from drill_env._jit import entry, inlined, kernel
 from drill_env.environment._records import VIEW_STATE, VIEW_SURFACE
 from drill_env.sensors._kernels import filter_step, quantise, start_filter
 
@@ -16,7 +16,7 @@ def lost_counts(moved, chance, uniform):
     return lost if moved > 0.0 else -lost
 
 
-@kernel
+@entry
 def spoil(row, disc, seen, draw, setting):
     """Angle with the noise and the missed counts of one random draw."""
     if setting.missed > 0.0 and setting.quantum > 0.0:

@@ -13,7 +13,7 @@ from drill_env.dynamics import equilibrium_state, equilibrium_voltage
 from drill_env.environment._kernel import settle_on_cycle
 from drill_env.environment._records import Buffers
 from drill_env.environment.config import EnvConfig, Start
-from drill_env.integrator._tableau import TABLEAUX
+from drill_env.integrator._tableau import tableau
 
 _SETTLE_S, _WATCH_S = 30.0, 14.0
 
@@ -63,7 +63,7 @@ def place(
             raise InputError(f"phase is {phase}: give 0 to 1, the share of a period")
         if not settle_on_cycle(
             row["p"], row["run"], row["voltage"], phase, _SETTLE_S, _WATCH_S,
-            TABLEAUX["dop853"][0], buffers,
+            tableau("dop853")[0], buffers,
         ):  # fmt: skip
             raise RuntimeError("integration failed while settling on the limit cycle")
 

@@ -7,7 +7,7 @@ zero before the event is located.
 
 from math import exp, inf
 
-from drill_env._jit import inlined, kernel
+from drill_env._jit import entry, inlined, kernel
 from drill_env.parameters._record import BETA1, BETA2, BL, HUMPED, STRIBECK, T1, T2, TSL
 
 
@@ -87,7 +87,7 @@ def torque_root(p, positive, negative):
     return positive
 
 
-@kernel
+@entry
 def fill_clamp(p):
     """Speeds between which T_l is negative, infinite where it never is up to 400 rad/s."""
     p.clamp_low = p.clamp_high = inf
@@ -108,14 +108,14 @@ def upper_sliding(p, sign, omega):
     return sign * p.Tsu + p.dTsu + (p.bu + sign * p.dbu) * omega
 
 
-@kernel
+@entry
 def map_lower(p, speeds, slope, out):
     """T_l, or its slope, at many speeds."""
     for i in range(speeds.size):
         out[i] = lower_slope(p, speeds[i]) if slope else lower_sliding(p, speeds[i])
 
 
-@kernel
+@entry
 def map_upper(p, omegas, out):
     """T_fu at many velocities."""
     for i in range(omegas.size):

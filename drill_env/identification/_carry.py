@@ -2,13 +2,13 @@
 
 from math import exp
 
-from drill_env._jit import inlined, kernel
+from drill_env._jit import entry, inlined
 from drill_env.identification._filter_reading import reading_row
 from drill_env.identification._filter_state import D_L, D_U, N_FILTER
 from drill_env.integrator._records import N_STATE
 
 
-@kernel
+@entry
 def carry(path, t, rate, restarts, relative, loads, errors, state, out):
     """Whitened slopes of the innovations by the sizes of many known torques and sensor errors.
 
@@ -92,7 +92,7 @@ def read(row, reading, relative, state, out):
         state[D_L, c] -= g5 * wrong
 
 
-@kernel
+@entry
 def smooth(path, t, rate, restarts, relative, filtered, r, moved, states, pull, misread):
     """Smooth the states (Bryson and Frazier) and find where the likelihood pulls.
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drill_env._jit import kernel
+from drill_env._jit import entry, kernel
 from drill_env.integrator._advance import DONE, LOG_FULL, advance
 from drill_env.integrator._modes import start_mode
 from drill_env.integrator._records import FIRST_PARAMETER, LOAD_U, N_STATE
@@ -66,7 +66,7 @@ def carry_slopes(p, work, slopes, row, state):
             state[c, i] = moved
 
 
-@kernel
+@entry
 def run_loop(p, run, work, tab, law, t, dt, reference, added, u, y, slopes, state, buffers):
     """Run the loop through all rows.
 

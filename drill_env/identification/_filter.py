@@ -10,7 +10,7 @@ start is estimated and not filtered: a release is too sharp for its first wide v
 Readings are theta_u and theta_l, then, where a velocity is recorded, omega_u and omega_l.
 """
 
-from drill_env._jit import kernel
+from drill_env._jit import entry, kernel
 from drill_env.identification._filter_effects import forget_acting, look_ahead
 from drill_env.identification._filter_predict import load_state, predict
 from drill_env.identification._filter_state import D_L, D_U, N_FILTER, N_SLOPES, START_OFFSET
@@ -92,7 +92,7 @@ def release(f, run, reading, gap, variance, dt):
     run.mode[disc] = 1 if gap > 0.0 else -1
 
 
-@kernel
+@entry
 def run_filter(
     f, p, run, work, tab, t, u, loads, effects, angles, noise, restarts, starts, buffers,
     gradients, informations, trace, path, slopes,

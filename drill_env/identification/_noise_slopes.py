@@ -10,7 +10,7 @@ from math import exp
 
 import numpy as np
 
-from drill_env._jit import inlined, kernel
+from drill_env._jit import entry, inlined, kernel
 from drill_env.identification._filter_reading import reading_row
 from drill_env.identification._filter_state import D_L, D_U, N_FILTER
 from drill_env.integrator._records import N_STATE
@@ -201,7 +201,7 @@ def let_go(w, transition, reading, gap, variance, dt):
             w.P[row, row] /= dt * dt
 
 
-@kernel
+@entry
 def noise_slopes(
     w, t, restarts, transitions, stuck, states, innovations, seen, noise, by_size, by_gap
 ):  # fmt: skip

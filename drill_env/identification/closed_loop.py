@@ -25,7 +25,7 @@ from drill_env.identification.position_law import PositionLaw
 from drill_env.identification.prediction_error import Buffers
 from drill_env.integrator._advance import DONE
 from drill_env.integrator._records import EVENT, RUN, new_work
-from drill_env.integrator._tableau import TABLEAUX
+from drill_env.integrator._tableau import tableau
 from drill_env.parameters import Rig
 from drill_env.recordings import Recording
 
@@ -131,7 +131,7 @@ def simulate_closed_loop(
         np.zeros((0, 2), dtype=np.int64), np.zeros(256, dtype=EVENT), np.zeros((0, 4, 1)),
     )  # fmt: skip
     status = run_loop(
-        kernel_record(rig)[0], run[0], work[0], TABLEAUX["dopri5"][0], law.record()[0],
+        kernel_record(rig)[0], run[0], work[0], tableau("dopri5", slopes)[0], law.record()[0],
         recording.t - recording.t[0], recording.interval, law.wanted(recording),
         law.added(recording), u, y, found, np.zeros((N_SLOPES, 2)), buffers,
     )  # fmt: skip

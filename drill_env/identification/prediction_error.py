@@ -26,13 +26,13 @@ from drill_env.identification.noise import SENSORS, NoiseModel
 from drill_env.identification.samples import Samples
 from drill_env.integrator._advance import DONE
 from drill_env.integrator._records import EVENT, FIRST_PARAMETER, RUN, STEPS_PER_PERIOD, new_work
-from drill_env.integrator._tableau import SHORT_STEP, TABLEAUX
+from drill_env.integrator._tableau import tableau
 from drill_env.parameters import SYMBOLS, Rig
 
 # Angle of the string's oscillation in a sample interval below which a pair of low order is
 # exact enough, and cheaper; relative tolerances of either.
 _SHORT = 0.05
-_PAIRS = ((SHORT_STEP, 1e-6), (TABLEAUX["dopri5"], 1e-7))
+_PAIRS = (("bs23", 1e-6), ("dopri5", 1e-7))
 # A sample interval needs a few steps; a rig far from sense would take them for ever.
 _MOST_STEPS = 2000
 
@@ -139,7 +139,8 @@ def _acting(bundle: Bundle) -> Acting:
 def _pair(samples: Samples, rig: Rig) -> tuple[np.ndarray, float]:
     """The integrator's coefficients for a recording, and its relative tolerance."""
     interval = float(samples.t[-1]) / (len(samples.t) - 1)
-    return _PAIRS[0 if 2.0 * math.pi * interval < _SHORT * rig.natural_period else 1]
+    name, rtol = _PAIRS[0 if 2.0 * math.pi * interval < _SHORT * rig.natural_period else 1]
+    return tableau(name, sensitivity=True), rtol
 
 
 def _filter(

@@ -1,19 +1,12 @@
 """Compiled event-driven integration through a piecewise-polynomial voltage."""
 
-from drill_env._jit import inlined, kernel
-from drill_env.integrator._bs23 import bs23_sensitivity
-from drill_env.integrator._dopri5_variational import dopri5_sensitivity
+from drill_env._jit import entry, inlined, kernel, unit
 from drill_env.integrator._events import LOWER, UPPER, first_event
 from drill_env.integrator._modes import MAXIMUM, MINIMUM, change, note, overdue
-from drill_env.integrator._records import BS23, DOPRI5, N_STATE
-from drill_env.integrator._step import (
-    dense_at,
-    error_norm,
-    fill_dense,
-    fill_rates,
-    run_stages,
-)
-from drill_env.integrator._variational import copy_sensitivity, step_sensitivity
+from drill_env.integrator._records import N_STATE
+from drill_env.integrator._signatures import ADVANCE, call_advance, call_fill, call_step
+from drill_env.integrator._step import dense_at, fill_rates
+from drill_env.integrator._variational import copy_sensitivity
 from drill_env.integrator._voltage_piece import voltage_at
 
 DONE, LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS = 0, 1, 2, 3
@@ -156,14 +149,9 @@ def finish_step(p, run, work, tab, h, t_new, t_eval, out, modes, log, sens_out):
         and work.k[0, 2] * work.k[last, 2] < 0.0
     )
     if turns or (run.sample < t_eval.size and t_eval[run.sample] < t_new):
-        fill_dense(p, run, work, tab, h)
+        call_fill(tab.fill, p, run, work, tab, h)
     if work.sensitivity:
-        if tab.pair == BS23:
-            bs23_sensitivity(p, run, work, tab, h)
-        elif tab.pair == DOPRI5:
-            dopri5_sensitivity(p, run, work, tab, h)
-        else:
-            step_sensitivity(p, run, work, tab, h)
+        call_fill(tab.carry, p, run, work, tab, h)
     write_samples(run, work, tab, h, t_new, t_eval, out, modes, sens_out)
     if turns:
         note_turn(run, work, tab, h, log)
@@ -188,8 +176,7 @@ def one_step(p, run, work, tab, t_eval, out, modes, log, sens_out):
         return DONE
     h, t_new = choose_step(run, work, t_eval)
     clipped = t_new < 1e300
-    run_stages(p, run, work, tab, h, 1, tab.stages)
-    error = error_norm(work, tab, h)
+    error = call_step(tab.step, p, run, work, tab, h)
     run.steps += 1
     if not error <= 1.0:
         return reject(run, tab, h, error)
@@ -211,7 +198,22 @@ def one_step(p, run, work, tab, t_eval, out, modes, log, sens_out):
     return DONE
 
 
-@inlined
+@unit(ADVANCE)
+def run_pieces(p, run, work, tab, breaks, pieces, t_eval, out, modes, log, sens_out):
+    """What `advance` calls."""
+    while run.piece < pieces.shape[0]:
+        load_piece(run, work, breaks, pieces)
+        while run.t < work.end:
+            if run.logged + _LOG_MARGIN > log.size:
+                return LOG_FULL
+            status = one_step(p, run, work, tab, t_eval, out, modes, log, sens_out)
+            if status != DONE:
+                return status
+        run.piece += 1
+    return DONE
+
+
+@entry
 def advance(p, run, work, tab, breaks, pieces, t_eval, out, modes, log, sens_out):
     """Integrate from `run.t` to `breaks[-1]`; everything is updated in place.
 
@@ -231,13 +233,6 @@ def advance(p, run, work, tab, breaks, pieces, t_eval, out, modes, log, sens_out
     Returns:
         `DONE`, `LOG_FULL` (empty the log and call again) or a failure.
     """
-    while run.piece < pieces.shape[0]:
-        load_piece(run, work, breaks, pieces)
-        while run.t < work.end:
-            if run.logged + _LOG_MARGIN > log.size:
-                return LOG_FULL
-            status = one_step(p, run, work, tab, t_eval, out, modes, log, sens_out)
-            if status != DONE:
-                return status
-        run.piece += 1
-    return DONE
+    return call_advance(
+        tab.advance, p, run, work, tab, breaks, pieces, t_eval, out, modes, log, sens_out
+    )

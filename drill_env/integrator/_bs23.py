@@ -3,8 +3,11 @@
 The filter integrates from sample to sample; a higher order buys it digits below its tolerance.
 """
 
-from drill_env._jit import inlined, kernel
+from numba import int64
+
+from drill_env._jit import inlined, kernel, unit
 from drill_env.integrator._records import N_STATE
+from drill_env.integrator._signatures import FILL
 from drill_env.integrator._stage import fill_forces, keep_stage
 
 STAGES = 3
@@ -26,14 +29,14 @@ def bs23_stages(p, run, work, h, us):
     x, v, w = ys[0, 0], ys[0, 1], ys[0, 2]
     x0, v0, w0 = k[0, 0], k[0, 1], k[0, 2]
     x1, v1, w1 = keep_stage(
-        p, mode, work, 1, x + h * (A10 * x0), v + h * (A10 * v0), w + h * (A10 * w0), us[0]
+        p, mode, work, int64(1), x + h * (A10 * x0), v + h * (A10 * v0), w + h * (A10 * w0), us[0]
     )
     x2, v2, w2 = keep_stage(
-        p, mode, work, 2, x + h * (A21 * x1), v + h * (A21 * v1), w + h * (A21 * w1), us[1]
+        p, mode, work, int64(2), x + h * (A21 * x1), v + h * (A21 * v1), w + h * (A21 * w1), us[1]
     )
     ys[STAGES, 3] = ys[0, 3] + h * (B0 * k[0, 3] + B1 * k[1, 3] + B2 * k[2, 3])
     keep_stage(
-        p, mode, work, STAGES, x + h * (B0 * x0 + B1 * x1 + B2 * x2),
+        p, mode, work, int64(STAGES), x + h * (B0 * x0 + B1 * x1 + B2 * x2),
         v + h * (B0 * v0 + B1 * v1 + B2 * v2), w + h * (B0 * w0 + B1 * w1 + B2 * w2), us[2],
     )  # fmt: skip
 
@@ -55,7 +58,7 @@ def bs23_dense(work, h):
         d[i, 2] = h * (P02 * k0 + P12 * k1 + P22 * k2 + P32 * k3)
 
 
-@kernel
+@unit(FILL)
 def bs23_sensitivity(p, run, work, tab, h):
     """Carry `work.sens` over the accepted step of `h` s whose stages are in `work`."""
     fill_forces(p, run, work, tab, h)

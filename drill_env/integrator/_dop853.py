@@ -3,6 +3,8 @@
 The numbers are those of SciPy's `DOP853.A` and `DOP853.B`; a test holds them together.
 """
 
+from numba import int64
+
 from drill_env._jit import kernel
 from drill_env.integrator._stage import keep_stage
 
@@ -78,7 +80,7 @@ def dop853_stages(p, run, work, h, us):
         p,
         mode,
         work,
-        1,
+        int64(1),
         x + h * (A1_0 * x0),
         v + h * (A1_0 * v0),
         w + h * (A1_0 * w0),
@@ -88,7 +90,7 @@ def dop853_stages(p, run, work, h, us):
         p,
         mode,
         work,
-        2,
+        int64(2),
         x + h * (A2_0 * x0 + A2_1 * x1),
         v + h * (A2_0 * v0 + A2_1 * v1),
         w + h * (A2_0 * w0 + A2_1 * w1),
@@ -98,7 +100,7 @@ def dop853_stages(p, run, work, h, us):
         p,
         mode,
         work,
-        3,
+        int64(3),
         x + h * (A3_0 * x0 + A3_2 * x2),
         v + h * (A3_0 * v0 + A3_2 * v2),
         w + h * (A3_0 * w0 + A3_2 * w2),
@@ -108,7 +110,7 @@ def dop853_stages(p, run, work, h, us):
         p,
         mode,
         work,
-        4,
+        int64(4),
         x + h * (A4_0 * x0 + A4_2 * x2 + A4_3 * x3),
         v + h * (A4_0 * v0 + A4_2 * v2 + A4_3 * v3),
         w + h * (A4_0 * w0 + A4_2 * w2 + A4_3 * w3),
@@ -118,7 +120,7 @@ def dop853_stages(p, run, work, h, us):
         p,
         mode,
         work,
-        5,
+        int64(5),
         x + h * (A5_0 * x0 + A5_3 * x3 + A5_4 * x4),
         v + h * (A5_0 * v0 + A5_3 * v3 + A5_4 * v4),
         w + h * (A5_0 * w0 + A5_3 * w3 + A5_4 * w4),
@@ -128,7 +130,7 @@ def dop853_stages(p, run, work, h, us):
         p,
         mode,
         work,
-        6,
+        int64(6),
         x + h * (A6_0 * x0 + A6_3 * x3 + A6_4 * x4 + A6_5 * x5),
         v + h * (A6_0 * v0 + A6_3 * v3 + A6_4 * v4 + A6_5 * v5),
         w + h * (A6_0 * w0 + A6_3 * w3 + A6_4 * w4 + A6_5 * w5),
@@ -138,7 +140,7 @@ def dop853_stages(p, run, work, h, us):
         p,
         mode,
         work,
-        7,
+        int64(7),
         x + h * (A7_0 * x0 + A7_3 * x3 + A7_4 * x4 + A7_5 * x5 + A7_6 * x6),
         v + h * (A7_0 * v0 + A7_3 * v3 + A7_4 * v4 + A7_5 * v5 + A7_6 * v6),
         w + h * (A7_0 * w0 + A7_3 * w3 + A7_4 * w4 + A7_5 * w5 + A7_6 * w6),
@@ -148,7 +150,7 @@ def dop853_stages(p, run, work, h, us):
         p,
         mode,
         work,
-        8,
+        int64(8),
         x + h * (A8_0 * x0 + A8_3 * x3 + A8_4 * x4 + A8_5 * x5 + A8_6 * x6 + A8_7 * x7),
         v + h * (A8_0 * v0 + A8_3 * v3 + A8_4 * v4 + A8_5 * v5 + A8_6 * v6 + A8_7 * v7),
         w + h * (A8_0 * w0 + A8_3 * w3 + A8_4 * w4 + A8_5 * w5 + A8_6 * w6 + A8_7 * w7),
@@ -158,7 +160,7 @@ def dop853_stages(p, run, work, h, us):
         p,
         mode,
         work,
-        9,
+        int64(9),
         x + h * (A9_0 * x0 + A9_3 * x3 + A9_4 * x4 + A9_5 * x5 + A9_6 * x6 + A9_7 * x7 + A9_8 * x8),
         v + h * (A9_0 * v0 + A9_3 * v3 + A9_4 * v4 + A9_5 * v5 + A9_6 * v6 + A9_7 * v7 + A9_8 * v8),
         w + h * (A9_0 * w0 + A9_3 * w3 + A9_4 * w4 + A9_5 * w5 + A9_6 * w6 + A9_7 * w7 + A9_8 * w8),
@@ -168,7 +170,7 @@ def dop853_stages(p, run, work, h, us):
         p,
         mode,
         work,
-        10,
+        int64(10),
         x
         + h
         * (
@@ -211,7 +213,7 @@ def dop853_stages(p, run, work, h, us):
         p,
         mode,
         work,
-        11,
+        int64(11),
         x
         + h
         * (
@@ -257,7 +259,7 @@ def dop853_stages(p, run, work, h, us):
         p,
         mode,
         work,
-        LAST,
+        int64(LAST),
         x
         + h
         * (

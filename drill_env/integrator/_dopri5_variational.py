@@ -4,7 +4,7 @@ Written out because the filter spends most of its time here: a column's stages s
 and several columns go at once.
 """
 
-from drill_env._jit import kernel
+from drill_env._jit import unit
 from drill_env.integrator._dopri5 import (
     A10,
     A20,
@@ -27,10 +27,11 @@ from drill_env.integrator._dopri5 import (
     B4,
     B5,
 )
+from drill_env.integrator._signatures import FILL
 from drill_env.integrator._stage import fill_forces
 
 
-@kernel
+@unit(FILL)
 def dopri5_sensitivity(p, run, work, tab, h):
     """Carry `work.sens` over the accepted step of `h` s whose stages are in `work`."""
     fill_forces(p, run, work, tab, h)

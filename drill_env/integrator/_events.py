@@ -2,11 +2,8 @@
 
 from drill_env._jit import inlined, kernel
 from drill_env.dynamics._kernels import clamp_event, lower_event, upper_event
-from drill_env.integrator._step import (
-    dense_at,
-    fill_dense,
-    run_stages,
-)
+from drill_env.integrator._signatures import call_fill, call_step
+from drill_env.integrator._step import dense_at
 from drill_env.integrator._voltage_piece import voltage_at, voltage_slope
 
 UPPER, LOWER, LOWER_LAW = 0, 1, 2
@@ -148,7 +145,7 @@ def polish(which, p, run, work, tab, h, limit):
     """
     last = tab.stages
     for _ in range(4):
-        run_stages(p, run, work, tab, h, 1, last)
+        call_step(tab.step, p, run, work, tab, h)
         value, slope = stage_event(which, p, run, work, last, run.t + h)
         # A graze has no slope to divide by; the dense root is then kept.
         if slope >= 0.0 or abs(value) <= work.event_tol or abs(value) > 0.1 * h * abs(slope):
@@ -170,7 +167,7 @@ def first_event(p, run, work, tab, h):
     for disc in range(3):
         if may_end(disc, p, run, work, tab.stages, h):
             if not has_dense:
-                fill_dense(p, run, work, tab, h)
+                call_fill(tab.fill, p, run, work, tab, h)
                 has_dense = True
             s = first_share(disc, p, run, work, tab, h)
             if s < share:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drill_env._jit import inlined, kernel
+from drill_env._jit import entry, inlined, kernel
 from drill_env._types import FloatArray, IntArray
 from drill_env.dynamics._kernels import lower_rate, upper_rate
 from drill_env.effects._bundle import add_errors, add_torques
@@ -108,7 +108,7 @@ def run_substep(p, run, tab, bundle, memories, scratch, begin, end, shift, u):
         run.logged = logged
 
 
-@kernel
+@entry
 def run_nodes(first, fresh, p, run, tab, bundle, memories, scratch, nodes, counts, volts, out,
               modes, errors):  # fmt: skip
     """Integrate from node to node, each interval cut into equal substeps.

@@ -1,6 +1,6 @@
 """Compiled slip/stick transitions: which mode follows which."""
 
-from drill_env._jit import inlined, kernel
+from drill_env._jit import entry, inlined, kernel
 from drill_env.dynamics._kernels import (
     lower_margin,
     lower_rate,
@@ -19,7 +19,7 @@ def margin_of(which, p, run, u):
     return upper_margin(p, run.y[0], u) if which == UPPER else lower_margin(p, run.y[0])
 
 
-@kernel
+@entry
 def start_mode(p, run, u):
     """Modes of a state that comes without any, from its velocities and torques."""
     if p.locked:

@@ -74,6 +74,11 @@ EVENT = np.dtype([("t", "f8"), ("disc", "i8"), ("kind", "i8"), ("y", "f8", (N_ST
 TABLEAU = np.dtype(
     [
         ("pair", "i8"),  # which one it is
+        # Addresses of its compiled code; `carry` is 0 where no sensitivities are asked for.
+        ("advance", "i8"),
+        ("step", "i8"),
+        ("fill", "i8"),
+        ("carry", "i8"),
         ("stages", "i8"),
         ("extra", "i8"),
         ("order", "f8"),

@@ -1,6 +1,6 @@
 """Compiled rates of one stage and forcing of its sensitivities, shared by the unrolled pairs."""
 
-from drill_env._jit import inlined, kernel
+from drill_env._jit import inlined
 from drill_env.dynamics._kernels import (
     fill_linear,
     fill_parameter_rates,
@@ -12,7 +12,7 @@ from drill_env.integrator._records import FIRST_PARAMETER, LOAD_L, LOAD_U
 from drill_env.integrator._voltage_piece import voltage_at
 
 
-@kernel
+@inlined
 def keep_stage(p, mode, work, i, x, v, w, u):
     """Store state, rates and the lower law's shares of stage `i`; returns the rates."""
     ys, k, shares = work.ys, work.k, work.shares

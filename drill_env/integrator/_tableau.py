@@ -1,11 +1,25 @@
 """Runge-Kutta coefficients, taken from SciPy's published pairs."""
 
+import functools
+
 import numpy as np
 from numpy.polynomial import polynomial as poly
 from scipy import integrate
 
-from drill_env._types import FloatArray, Method
+from drill_env._types import FloatArray
+from drill_env.integrator._advance import run_pieces
+from drill_env.integrator._bs23 import bs23_sensitivity
+from drill_env.integrator._dopri5_variational import dopri5_sensitivity
+from drill_env.integrator._pairs import (
+    bs23_fill,
+    bs23_step,
+    dop853_fill,
+    dop853_step,
+    dopri5_fill,
+    dopri5_step,
+)
 from drill_env.integrator._records import BS23, DOP853, DOPRI5, MAX_STAGES, TABLEAU
+from drill_env.integrator._variational import step_sensitivity
 
 
 def _dop853_dense() -> FloatArray:
@@ -54,11 +68,27 @@ def _short(pair: int, source: type[integrate.RK45] | type[integrate.RK23]) -> np
     return out
 
 
-TABLEAUX: dict[Method, np.ndarray] = {
-    "dop853": _dop853(),
-    "dopri5": _short(DOPRI5, integrate.RK45),
+_PAIRS = {
+    "dop853": (_dop853(), dop853_step, dop853_fill, step_sensitivity),
+    "dopri5": (_short(DOPRI5, integrate.RK45), dopri5_step, dopri5_fill, dopri5_sensitivity),
+    # Of order 3: for steps that are short beside the motion.
+    "bs23": (_short(BS23, integrate.RK23), bs23_step, bs23_fill, bs23_sensitivity),
 }
-"""The pairs as records, shape (1,)."""
 
-SHORT_STEP = _short(BS23, integrate.RK23)
-"""A pair of order 3, likewise, for steps that are short beside the motion."""
+METHODS = ("dop853", "dopri5")
+"""The pairs that a simulation offers."""
+
+
+@functools.cache
+def tableau(name: str, sensitivity: bool = False) -> np.ndarray:
+    """A pair as a record, shape (1,), with the addresses of its code: for this process alone.
+
+    Args:
+        name: "dop853", "dopri5" or "bs23".
+        sensitivity: whether it shall carry sensitivities too, which is more to compile.
+    """
+    numbers, step, fill, carry = _PAIRS[name]
+    out = numbers.copy()
+    out["advance"], out["step"], out["fill"] = run_pieces.address, step.address, fill.address
+    out["carry"] = carry.address if sensitivity else 0
+    return out

@@ -4,10 +4,11 @@ Columns are derivatives of (twist, omega_u, omega_l, theta_l): four by the initi
 state, two by the external torques, then one per parameter of `drill_env.parameters`.
 """
 
-from drill_env._jit import kernel
+from drill_env._jit import kernel, unit
 from drill_env.dynamics._kernels import fill_jacobian, fill_parameter_rates
 from drill_env.friction._kernels import shares
 from drill_env.integrator._records import FIRST_PARAMETER, LOAD_L, LOAD_U, N_STATE
+from drill_env.integrator._signatures import FILL
 from drill_env.integrator._voltage_piece import voltage_at
 from drill_env.parameters._record import N_PARAMETERS
 
@@ -52,7 +53,7 @@ def fill_stage_rates(p, run, work, i, u):
         ks[i, 2, FIRST_PARAMETER + c] += work.rates[1, c]
 
 
-@kernel
+@unit(FILL)
 def step_sensitivity(p, run, work, tab, h):
     """Carry `work.sens` over the accepted step whose stages are in `work`.
 

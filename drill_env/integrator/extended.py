@@ -15,7 +15,7 @@ from drill_env.integrator._advance import LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STE
 from drill_env.integrator._extended import Scratch, new_scratch, run_nodes
 from drill_env.integrator._modes import start_mode
 from drill_env.integrator._records import N_STATE, RUN
-from drill_env.integrator._tableau import TABLEAUX
+from drill_env.integrator._tableau import tableau
 from drill_env.integrator.trajectory import Events, Trajectory
 from drill_env.integrator.voltage import Voltage
 from drill_env.parameters import Rig
@@ -156,7 +156,7 @@ def run_through(
     while status == LOG_FULL:
         run["logged"] = 0
         status, node = run_nodes(
-            node, int(fresh), p[0], run[0], TABLEAUX["dopri5"][0], bundle, memories, scratch,
+            node, int(fresh), p[0], run[0], tableau("dopri5")[0], bundle, memories, scratch,
             nodes, counts, volts, out, disc_modes, errors,
         )  # fmt: skip
         logs.append(_taken(scratch, run))

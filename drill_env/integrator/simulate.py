@@ -22,7 +22,7 @@ from drill_env.integrator._records import (
     STEPS_PER_PERIOD,
     new_work,
 )
-from drill_env.integrator._tableau import TABLEAUX
+from drill_env.integrator._tableau import METHODS, tableau
 from drill_env.integrator.extended import run_voltage
 from drill_env.integrator.trajectory import Events, Trajectory
 from drill_env.integrator.voltage import Voltage, as_voltage
@@ -108,14 +108,14 @@ def simulate(
     for which in range(2):
         if run["mode"][0, which] == 0:
             work["sens"][0, 1 + which] = 0.0
-    return _integrate(p, run, work, TABLEAUX[method], drive, times, rig)
+    return _integrate(p, run, work, tableau(method, sensitivity), drive, times, rig)
 
 
 def _integrate(
     p: np.ndarray,
     run: np.ndarray,
     work: np.ndarray,
-    tableau: np.ndarray,
+    pair: np.ndarray,
     drive: Voltage,
     times: FloatArray,
     rig: Rig,
@@ -132,7 +132,7 @@ def _integrate(
         log = np.zeros(1024 << min(len(logs), 10), dtype=EVENT)
         run["logged"] = 0
         status = advance(
-            p[0], run[0], work[0], tableau[0], drive.breaks, drive.pieces, times[first:],
+            p[0], run[0], work[0], pair[0], drive.breaks, drive.pieces, times[first:],
             out[first:], modes[first:], log, sens[first:],
         )  # fmt: skip
         logs.append(log[: int(run["logged"][0])])
@@ -152,8 +152,8 @@ def _check(rig: Rig, seconds: float, rtol: float, atol: float, method: str) -> N
         raise InputError(f"seconds is {seconds}: give a duration greater than 0")
     if not (1e-15 < rtol < 1 and atol > 0):
         raise InputError(f"rtol={rtol}, atol={atol}: give 1e-15 < rtol < 1 and atol > 0")
-    if method not in TABLEAUX:
-        raise InputError(f"method is {method!r}: give one of {', '.join(TABLEAUX)}")
+    if method not in METHODS:
+        raise InputError(f"method is {method!r}: give one of {', '.join(METHODS)}")
 
 
 def _check_extended(extrema: bool, sensitivity: bool) -> None:

@@ -6,7 +6,7 @@ transposed direct form II, fed with backward differences.
 
 import numpy as np
 
-from drill_env._jit import inlined, kernel
+from drill_env._jit import entry, inlined
 
 
 @inlined
@@ -17,7 +17,7 @@ def quantise(angle, quantum):
     return np.floor(angle / quantum + 0.5) * quantum
 
 
-@kernel
+@entry
 def start_filter(memory, angle, omega, b, a):
     """Set the filter to the steady state of a constant velocity `omega` (rad/s)."""
     memory[0] = angle
@@ -34,7 +34,7 @@ def filter_step(last, z1, z2, angle, rate, b, a):
     return velocity, z1, b[2] * difference - a[2] * velocity
 
 
-@kernel
+@entry
 def filter_sample(memory, angle, rate, b, a):
     """As `filter_step`, its memory kept in an array."""
     velocity, z1, z2 = filter_step(memory[0], memory[1], memory[2], angle, rate, b, a)
@@ -42,7 +42,7 @@ def filter_sample(memory, angle, rate, b, a):
     return velocity
 
 
-@kernel
+@entry
 def filter_series(angles, memory, rate, b, a, out):
     """Velocity (rad/s) of a whole series of angle samples."""
     for i in range(angles.size):

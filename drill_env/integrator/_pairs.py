@@ -1,0 +1,149 @@
+"""Compiled steps of the three Runge-Kutta pairs, with their error estimates and dense output."""
+
+from math import sqrt
+
+from drill_env._jit import inlined, kernel, unit
+from drill_env.integrator._bs23 import bs23_dense, bs23_error, bs23_stages
+from drill_env.integrator._dop853 import dop853_stages
+from drill_env.integrator._dopri5 import dopri5_dense, dopri5_error, dopri5_stages
+from drill_env.integrator._records import N_STATE
+from drill_env.integrator._signatures import FILL, STEP
+from drill_env.integrator._step import fill_rates
+from drill_env.integrator._voltage_piece import voltage_at
+
+
+@inlined
+def few_stage_voltages(run, work, tab, h):
+    """Voltages (V) of stages 1 to 3 of the shortest tableau."""
+    u = work.piece[0]
+    if work.coefficients == 1:
+        return u, u, u
+    t, c = run.t, tab.c
+    return (
+        voltage_at(work, t + c[1] * h), voltage_at(work, t + c[2] * h), voltage_at(work, t + h),
+    )  # fmt: skip
+
+
+@inlined
+def stage_voltages(run, work, tab, h):
+    """Voltages (V) of stages 1 to 5 of a short tableau."""
+    u = work.piece[0]
+    if work.coefficients == 1:
+        return u, u, u, u, u
+    t, c = run.t, tab.c
+    return (
+        voltage_at(work, t + c[1] * h), voltage_at(work, t + c[2] * h),
+        voltage_at(work, t + c[3] * h), voltage_at(work, t + c[4] * h), voltage_at(work, t + h),
+    )  # fmt: skip
+
+
+@kernel
+def long_stage_voltages(run, work, tab, h):
+    """Voltages (V) of stages 1 to 12 of a long tableau."""
+    u = work.piece[0]
+    if work.coefficients == 1:
+        return u, u, u, u, u, u, u, u, u, u, u, u
+    t, c = run.t, tab.c
+    return (
+        voltage_at(work, t + c[1] * h), voltage_at(work, t + c[2] * h),
+        voltage_at(work, t + c[3] * h), voltage_at(work, t + c[4] * h),
+        voltage_at(work, t + c[5] * h), voltage_at(work, t + c[6] * h),
+        voltage_at(work, t + c[7] * h), voltage_at(work, t + c[8] * h),
+        voltage_at(work, t + c[9] * h), voltage_at(work, t + c[10] * h),
+        voltage_at(work, t + c[11] * h), voltage_at(work, t + h),
+    )  # fmt: skip
+
+
+@inlined
+def scaled(work, i, last):
+    """Reciprocal of the error allowed in state component `i`."""
+    size = max(abs(work.ys[0, i]), abs(work.ys[last, i]))
+    return 1.0 / (work.atol + work.rtol * size)
+
+
+@unit(STEP)
+def bs23_step(p, run, work, tab, h):
+    """Fill the stages; returns the scaled error, of which at most 1 is accepted."""
+    bs23_stages(p, run, work, h, few_stage_voltages(run, work, tab, h))
+    total = 0.0
+    for i in range(3):
+        total += (bs23_error(work.k, i) * scaled(work, i, tab.stages)) ** 2
+    return h * sqrt(total / 3.0)
+
+
+@unit(STEP)
+def dopri5_step(p, run, work, tab, h):
+    """As `bs23_step`."""
+    dopri5_stages(p, run, work, h, stage_voltages(run, work, tab, h))
+    total = 0.0
+    for i in range(3):
+        total += (dopri5_error(work.k, i) * scaled(work, i, tab.stages)) ** 2
+    return h * sqrt(total / 3.0)
+
+
+@unit(STEP)
+def dop853_step(p, run, work, tab, h):
+    """As `bs23_step`."""
+    dop853_stages(p, run, work, h, long_stage_voltages(run, work, tab, h))
+    n = tab.stages
+    high2 = low2 = 0.0
+    for i in range(3):
+        high = low = 0.0
+        for j in range(n + 1):
+            high += tab.error_high[j] * work.k[j, i]
+            low += tab.error_low[j] * work.k[j, i]
+        scale = scaled(work, i, n)
+        high2 += (high * scale) ** 2
+        low2 += (low * scale) ** 2
+    if high2 == 0.0:
+        return 0.0
+    # Hairer's combination of the fifth and third order estimates (DOP853).
+    return h * high2 / sqrt((high2 + 0.01 * low2) * 3.0)
+
+
+@unit(FILL)
+def bs23_fill(p, run, work, tab, h):
+    """Monomial coefficients of the state over the step."""
+    bs23_dense(work, h)
+
+
+@unit(FILL)
+def dopri5_fill(p, run, work, tab, h):
+    """As `bs23_fill`."""
+    dopri5_dense(work, h)
+
+
+@kernel
+def extra_stages(p, run, work, tab, h, first, last):
+    """Stages `first`..`last`, which serve the dense output alone."""
+    ys, k = work.ys, work.k
+    u = work.piece[0]
+    for i in range(first, last + 1):
+        d0 = d1 = d2 = d3 = 0.0
+        for j in range(i):
+            w = tab.a[i, j]
+            if w != 0.0:
+                d0 += w * k[j, 0]
+                d1 += w * k[j, 1]
+                d2 += w * k[j, 2]
+                d3 += w * k[j, 3]
+        ys[i, 0] = ys[0, 0] + h * d0
+        ys[i, 1] = ys[0, 1] + h * d1
+        ys[i, 2] = ys[0, 2] + h * d2
+        ys[i, 3] = ys[0, 3] + h * d3
+        if work.coefficients > 1:
+            u = voltage_at(work, run.t + tab.c[i] * h)
+        fill_rates(p, run, work, i, u)
+
+
+@unit(FILL)
+def dop853_fill(p, run, work, tab, h):
+    """As `bs23_fill`, with the stages that this takes."""
+    last = tab.stages + tab.extra
+    extra_stages(p, run, work, tab, h, tab.stages + 1, last)
+    for i in range(N_STATE):
+        for m in range(tab.degree):
+            total = 0.0
+            for j in range(last + 1):
+                total += tab.dense[j, m] * work.k[j, i]
+            work.dense[i, m] = h * total
