@@ -7,15 +7,17 @@ large is therefore compiled once, alone, and called by its address: a `unit`.
 from __future__ import annotations
 
 import functools
+import hashlib
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar
 
 from llvmlite import ir
 from numba import njit, types
-from numba.core import typing
+from numba.core.typing.templates import signature as typed
 from numba.extending import intrinsic
 
-F = TypeVar("F")
+F = TypeVar("F", bound=Callable[..., Any])
 
 _OPTIONS: dict[str, Any] = {
     # Compiled code is kept on disk, so only the first call on a machine pays.
@@ -34,22 +36,48 @@ _OPTIONS: dict[str, Any] = {
 _INNER = {**_OPTIONS, "no_cpython_wrapper": True}
 
 
+def _compiled(function: Callable[..., Any], **options: Any) -> Any:
+    decorate: Any = njit
+    try:
+        made = decorate(**options)(function)
+    except RuntimeError:
+        # No folder for the cache can be written, or the function stands in no file.
+        return decorate(**{**options, "cache": False})(function)
+    kept = getattr(getattr(made, "_cache", None), "_cache_file", None)
+    if kept is not None:
+        # Numba looks at the function's own file alone, but links what others hold.
+        kept._source_stamp = (kept._source_stamp, _package_stamp())
+    return made
+
+
+@functools.cache
+def _package_stamp() -> str:
+    """Changes when any file of the package does."""
+    root = Path(__file__).parent
+    folders = [root, root.parent / "baselines", root.parent / "agents"]
+    marks = hashlib.sha1(usedforsecurity=False)
+    for path in sorted(p for folder in folders for p in folder.rglob("*.py")):
+        stat = path.stat()
+        marks.update(f"{path.relative_to(root.parent)} {stat.st_mtime_ns} {stat.st_size}".encode())
+    return marks.hexdigest()
+
+
 def entry(function: F) -> F:
     """Compile a kernel that Python calls.
 
     The function must not allocate: working arrays are handed in by the caller.
     """
-    return njit(**_OPTIONS)(function)  # pyright: ignore
+    return _compiled(function, **_OPTIONS)
 
 
 def kernel(function: F) -> F:
     """As `entry`, for what only other kernels call."""
-    return njit(**_INNER)(function)  # pyright: ignore
+    return _compiled(function, **_INNER)
 
 
 def inlined(function: F) -> F:
     """As `kernel`, and melted into every caller: for short formulas that run in every stage."""
-    return njit(forceinline=True, **_INNER)(function)  # pyright: ignore
+    return _compiled(function, forceinline=True, **_INNER)
 
 
 class Unit:
@@ -65,8 +93,9 @@ class Unit:
         self.function = function
         self.signature = signature
         self.call = call
-        self._compiled: Any = njit(**_INNER)(function)
-        functools.update_wrapper(self, function)
+        self._compiled: Any = _compiled(function, **_INNER)
+        # Pickled by name: an address means nothing to another process.
+        self.__module__, self.__qualname__ = function.__module__, function.__qualname__
 
     @functools.cached_property
     def address(self) -> int:
@@ -88,9 +117,7 @@ def caller(signature: Any) -> Any:
     """What kernels call code at an address with: `call(address, *arguments)`."""
 
     def describe(typing_context: Any, address: Any, *arguments: Any) -> Any:
-        if len(arguments) == 1 and isinstance(arguments[0], types.BaseTuple):
-            arguments = tuple(arguments[0])
-        declared = typing.signature(signature.return_type, types.int64, *signature.args)
+        declared = typed(signature.return_type, types.int64, *signature.args)
 
         def generate(context: Any, builder: Any, _: Any, values: Any) -> Any:
             convention = context.call_conv

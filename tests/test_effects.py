@@ -15,7 +15,6 @@ from typer.testing import CliRunner
 from drill_env import InputError, Rig
 from drill_env.cli.simulate_command import simulate_command
 from drill_env.effects import LIBRARY, Effect
-from drill_env.effects.declared import FRICTION
 from drill_env.effects.describe import library_tables
 from drill_env.friction import lower_curve
 from drill_env.identification.replay import replay
@@ -490,9 +489,10 @@ def test_dissipative_effect_never_adds_energy(effect):
 
 
 def test_all_that_is_friction_is_evaluated_last():
-    asks = {n for n, e in LIBRARY.items() if "against" in e.kernel.py_func.__code__.co_names}
-    assert asks <= FRICTION
-    assert FRICTION - asks == {"presliding"}
+    asks = {n for n, e in LIBRARY.items() if "against" in e.kernel.function.__code__.co_names}
+    friction = {n for n, e in LIBRARY.items() if e.friction}
+    assert asks <= friction
+    assert friction - asks == {"presliding"}
 
 
 def test_substeps_converge():

@@ -4,18 +4,19 @@ from typing import NamedTuple
 
 from drill_env._jit import kernel
 from drill_env._types import FloatArray, IntArray
-from drill_env.effects._dispatch import respond
 from drill_env.effects._run import forget, set_torques
+from drill_env.effects._signal import respond
 from drill_env.effects._table import tabulated
 
-TABLE = -1
+TABLE = 0
 
 
 class Bundle(NamedTuple):
     """Declared effects; axis 0 counts them. Friction comes last, for it reads what else pulls."""
 
-    codes: IntArray  # numbers of `respond`, or TABLE
+    codes: IntArray  # addresses for `respond`, of this process alone, or TABLE
     senses: IntArray  # 1 where the encoders are wrong and not the rig
+    upper: IntArray  # 1 where it acts on the upper disc alone
     q: FloatArray
     tables: FloatArray  # knots and values
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -75,7 +75,16 @@ class Effect:
             far longer than a recording.
         rigs_own_if_early: likewise when its last parameter, a moment, is at a recording's start.
         limit: the parameter at whose least value it is another effect, and that effect's id.
-        kernel: compiled function of (p, q, m, s, out).
+        friction: whether it holds a resting disc against whatever else pulls on it; it is then
+            evaluated after the others.
+        steady: whether it is a function of the voltage and the state alone, without memory, and
+            follows neither time nor an angle.
+        replaces_balance: whether it puts a drive in the place of the upper disc's balance; it is
+            then evaluated before the others. Its parameters have `motor_share` and `frequency`.
+        senses: whether it is an error of an encoder and no torque.
+        kernel: function of (p, q, m, s, out), made by the decorator `response`: the rig's
+            parameters, its own numbers, what it remembers, the signal, and the torques or errors
+            that it adds to.
     """
 
     id: str
@@ -97,7 +106,15 @@ class Effect:
     rigs_own_if_slow: bool = False
     rigs_own_if_early: bool = False
     limit: tuple[str, str] | None = None
-    senses: bool = field(default=False)
+    friction: bool = False
+    steady: bool = False
+    replaces_balance: bool = False
+    senses: bool = False
+
+    @property
+    def code(self) -> int:
+        """What the compiled code calls it by, in this process."""
+        return self.kernel.address
 
     def vector(self, values: dict[str, float]) -> FloatArray:
         """Its parameters as the kernel reads them.

@@ -1,8 +1,7 @@
 """Compiled responses of an effect along a known motion."""
 
 from drill_env._jit import entry, kernel
-from drill_env.effects._dispatch import respond
-from drill_env.effects._signal import MEMORY
+from drill_env.effects._signal import MEMORY, respond
 from drill_env.friction._kernels import lower_sliding
 
 
@@ -29,7 +28,7 @@ def torques_along(code, p, q, m, s, out, t, u, motion, restarts, torques):
     """Mean torques that an effect gives over each held interval of a known motion.
 
     Args:
-        code: number of the effect.
+        code: of the effect.
         p: record of `PARAMETERS`.
         q: parameters of the effect.
         m: memory, shape (MEMORY,).

@@ -3,8 +3,11 @@
 from math import exp
 
 import numpy as np
+from numba import float64, from_dtype, types
+from numba.core.typing.templates import signature
 
-from drill_env._jit import inlined
+from drill_env._jit import caller, inlined, unit
+from drill_env.parameters._record import PARAMETERS
 
 SIGNAL = np.dtype(
     [
@@ -30,6 +33,17 @@ SIGNAL = np.dtype(
 
 RESPONSE = np.dtype([(n, "f8") for n in ("torque_u", "torque_l", "angle_u", "angle_l")], align=True)
 """Torques (Nm) on the discs and errors (rad) of the encoders, added to what is already there."""
+
+_RESPOND = signature(
+    types.none, from_dtype(PARAMETERS), float64[::1], float64[::1], from_dtype(SIGNAL),
+    from_dtype(RESPONSE),
+)  # fmt: skip
+
+response = unit(_RESPOND)
+"""Decorator of an effect's function of (p, q, m, s, out), see `Effect`."""
+
+respond = caller(_RESPOND)
+"""For kernels: `respond(code, p, q, m, s, out)`, with the code of an effect."""
 
 MEMORY = 640
 """Numbers an effect may remember, all 0 at the start."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drill_env._types import FloatArray, IntArray
-from drill_env.effects import ORDER, Effect
+from drill_env.effects import Effect
 from drill_env.effects._run import errors_along, torques_along
 from drill_env.effects._signal import MEMORY, RESPONSE, SIGNAL
 from drill_env.friction import kernel_record
@@ -51,7 +51,7 @@ def response_along(
     result = np.zeros((len(motion.t), 2))
     run = errors_along if effect.senses else torques_along
     run(
-        ORDER.index(effect.id), p, np.asarray(q, dtype=np.float64), np.zeros(MEMORY), s, out,
+        effect.code, p, np.array(q, dtype=np.float64), np.zeros(MEMORY), s, out,
         motion.t, motion.u, motion.states, motion.restarts, result,
     )  # fmt: skip
     nothing = np.zeros_like(result)

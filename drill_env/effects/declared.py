@@ -10,7 +10,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.effects import LIBRARY, ORDER, Effect
+from drill_env.effects import LIBRARY, Effect
 from drill_env.effects._bundle import TABLE, Bundle
 from drill_env.effects._signal import MEMORY
 from drill_env.effects._table import ACTIONS, COORDINATES
@@ -19,29 +19,6 @@ from drill_env.parameters import Rig
 WIDTH = 8
 """Most parameters of an effect."""
 
-FRICTION = frozenset(
-    {
-        "load_dependent_friction",
-        "upper_stribeck",
-        "friction_warmup",
-        "upper_coulomb",
-        "lower_stribeck",
-        "lower_asymmetry",
-        "presliding",
-        "friction_lag",
-        "rate_state",
-        "dwell_stiction",
-        "brake_runout",
-        "friction_drift",
-        "friction_heating",
-        "friction_step",
-        "wear",
-    }
-)
-"""Effects that hold a resting disc against whatever else pulls on it."""
-
-# They put a drive in the place of the upper disc's balance, and read it before others add to it.
-_DRIVES = ("gear_backlash", "gear_compliance")
 _TABLE_KEYS = {"id", "component", "depends_on", "sort", "knots", "values", "encoder", "period"}
 _ACTION = {
     ("actuator", "torque"): "torque_u",
@@ -74,14 +51,15 @@ def declared(rig: Rig) -> Bundle:
         except InputError as error:
             raise InputError(f"rig effect {place + 1}: {error}") from error
     rows.sort(key=lambda row: row[0])
-    longest = max((row[4].shape[1] for row in rows), default=0)
+    longest = max((row[5].shape[1] for row in rows), default=0)
     tables = np.zeros((len(rows), 2, longest))
     for i, row in enumerate(rows):
-        tables[i, :, : row[4].shape[1]] = row[4]
+        tables[i, :, : row[5].shape[1]] = row[5]
     return Bundle(
         np.array([row[1] for row in rows], dtype=np.int64),
         np.array([row[2] for row in rows], dtype=np.int64),
-        np.array([row[3] for row in rows]).reshape(len(rows), WIDTH),
+        np.array([row[3] for row in rows], dtype=np.int64),
+        np.array([row[4] for row in rows]).reshape(len(rows), WIDTH),
         tables,
     )
 
@@ -92,8 +70,9 @@ def bundled(effects: Sequence[tuple[Effect, FloatArray]]) -> Bundle:
     for i, (_, numbers) in enumerate(effects):
         q[i, : len(numbers)] = numbers
     return Bundle(
-        np.array([ORDER.index(effect.id) for effect, _ in effects], dtype=np.int64),
-        np.array([effect.senses for effect, _ in effects], dtype=np.int64), q,
+        np.array([effect.code for effect, _ in effects], dtype=np.int64),
+        np.array([effect.senses for effect, _ in effects], dtype=np.int64),
+        np.array([effect.equation == "upper" for effect, _ in effects], dtype=np.int64), q,
         np.zeros((len(effects), 2, 0)),
     )  # fmt: skip
 
@@ -107,7 +86,8 @@ def longest_hold(rig: Rig) -> float:
     """Time (s) for which torques may be held at most: a drive's ringing needs resolving."""
     longest = math.inf
     for entry in rig.effects:
-        if entry.get("id") in _DRIVES:
+        effect = LIBRARY.get(str(entry.get("id")))
+        if effect is not None and effect.replaces_balance:
             share = float(entry["motor_share"])
             # Of the lighter of the two, alone on the spring.
             fastest = 2.0 * math.pi * float(entry["frequency"]) * math.sqrt(max(share, 1.0 - share))
@@ -115,11 +95,11 @@ def longest_hold(rig: Rig) -> float:
     return longest
 
 
-_Row = tuple[int, int, bool, FloatArray, FloatArray]
+_Row = tuple[int, int, bool, bool, FloatArray, FloatArray]
 
 
 def _row(entry: Mapping[str, Any], rig: Rig) -> _Row:
-    """Rank, number, whether it senses, parameters and table of one entry."""
+    """Rank, code, whether it senses and is the upper disc's alone, parameters and table."""
     name = entry.get("id")
     if name == "table":
         return _table_row(entry, rig)
@@ -134,8 +114,8 @@ def _row(entry: Mapping[str, Any], rig: Rig) -> _Row:
     q = np.zeros(WIDTH)
     vector = effect.vector(values)
     q[: len(vector)] = vector
-    rank = 0 if effect.id in _DRIVES else 2 if effect.id in FRICTION else 1
-    return rank, ORDER.index(effect.id), effect.senses, q, np.zeros((2, 0))
+    rank = 0 if effect.replaces_balance else 2 if effect.friction else 1
+    return rank, effect.code, effect.senses, effect.equation == "upper", q, np.zeros((2, 0))
 
 
 def _check_component(name: str, equation: str, rig: Rig) -> None:
@@ -172,7 +152,7 @@ def _table_row(entry: Mapping[str, Any], rig: Rig) -> _Row:
     q = np.zeros(WIDTH)
     q[:4] = COORDINATES.index(coordinate), ACTIONS.index(action), table.shape[1], period
     rank = 2 if action.startswith("friction") else 1
-    return rank, TABLE, action.startswith("angle"), q, table
+    return rank, TABLE, action.startswith("angle"), action.endswith("_u"), q, table
 
 
 def _action(entry: Mapping[str, Any]) -> str:

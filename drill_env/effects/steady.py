@@ -15,17 +15,6 @@ from drill_env.effects.declared import declared, new_memories
 from drill_env.friction import kernel_record
 from drill_env.parameters import Rig
 
-STEADY = frozenset(
-    {
-        "amplifier_saturation", "amplifier_deadzone", "supply_sag", "current_limit",
-        "gain_asymmetry", "load_dependent_friction", "upper_stribeck", "upper_quadratic_drag",
-        "upper_coulomb", "upper_viscous", "upper_offset", "upper_asymmetry", "string_damping",
-        "string_hardening", "string_asymmetry", "lower_stribeck", "lower_asymmetry",
-        "quadratic_drag", "whirl_drag",
-    }
-)  # fmt: skip
-"""Effects without memory that follow neither time nor an angle."""
-
 _STEADY_TABLES = ("voltage", "twist", "omega_u", "omega_l", "omega_u - omega_l")
 
 
@@ -78,4 +67,5 @@ def _senses(entry: Mapping[str, Any]) -> bool:
 def _steady(entry: Mapping[str, Any]) -> bool:
     if entry.get("id") == "table":
         return entry.get("depends_on") in _STEADY_TABLES and "period" not in entry
-    return entry.get("id") in STEADY
+    name = str(entry.get("id"))
+    return name in LIBRARY and LIBRARY[name].steady

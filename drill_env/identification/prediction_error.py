@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from drill_env._types import BoolArray, FloatArray, IntArray
-from drill_env.effects import LIBRARY, ORDER
 from drill_env.effects._bundle import Bundle
 from drill_env.effects._signal import RESPONSE, SIGNAL
 from drill_env.friction import kernel_record
@@ -128,8 +127,7 @@ class _Run(NamedTuple):
 
 def _acting(bundle: Bundle) -> Acting:
     shape = (len(bundle.codes), REMEMBERED)
-    upper = [LIBRARY[ORDER[code]].equation == "upper" for code in bundle.codes]
-    discs = np.array([any(upper), not all(upper)], dtype=np.int64)
+    discs = np.array([bundle.upper.any(), not bundle.upper.all()], dtype=np.int64)
     return Acting(
         bundle, discs, np.zeros(shape), np.zeros(shape), np.zeros(shape),
         np.zeros(1, dtype=SIGNAL), np.zeros(1, dtype=RESPONSE),

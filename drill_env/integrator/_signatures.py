@@ -1,7 +1,7 @@
 """Types of what is compiled alone, and how kernels call it by its address in the tableau."""
 
 from numba import float64, from_dtype, int64, types
-from numba.core.typing import signature
+from numba.core.typing.templates import signature
 
 from drill_env._jit import caller
 from drill_env.integrator._records import EVENT, RUN, TABLEAU, WORK

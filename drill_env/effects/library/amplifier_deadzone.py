@@ -1,0 +1,46 @@
+"""The amplifier ignores small voltages."""
+
+from drill_env.effects._effect import Effect, shape
+from drill_env.effects._signal import response
+
+
+@response
+def amplifier_deadzone(p, q, m, s, out):
+    """-km clip(u, -width, width)."""
+    out.torque_u -= p.km * min(max(s.u, -q[0]), q[0])
+
+
+EFFECT = Effect(
+    id="amplifier_deadzone",
+    component="actuator",
+    equation="upper",
+    depends_on="voltage",
+    parameters=(
+        shape(
+            "width",
+            "V",
+            (
+                0.02,
+                0.05,
+                0.1,
+                0.15,
+                0.2,
+                0.3,
+                0.4,
+                0.5,
+                0.7,
+                1.0,
+            ),
+            low=0.0001,
+            high=10.0,
+        ),
+    ),
+    formula="-km clip(u, -width, width)",
+    meaning="The amplifier ignores small voltages.",
+    kernel=amplifier_deadzone,
+    steady=True,
+    neighbours=(
+        "upper_stribeck",
+        "gear_backlash",
+    ),
+)

@@ -1,0 +1,55 @@
+"""The amplifier delivers no more than a limit."""
+
+from drill_env.effects._effect import Effect, shape
+from drill_env.effects._signal import response
+
+
+@response
+def amplifier_saturation(p, q, m, s, out):
+    """km (clip(u, -level, level) - u)."""
+    out.torque_u += p.km * (min(max(s.u, -q[0]), q[0]) - s.u)
+
+
+EFFECT = Effect(
+    id="amplifier_saturation",
+    component="actuator",
+    equation="upper",
+    depends_on="voltage",
+    parameters=(
+        shape(
+            "level",
+            "V",
+            (
+                0.6,
+                0.8,
+                1.0,
+                1.25,
+                1.5,
+                1.75,
+                2.0,
+                2.25,
+                2.5,
+                2.75,
+                3.0,
+                3.25,
+                3.5,
+                3.75,
+                4.0,
+                4.25,
+                4.5,
+                4.75,
+                4.9,
+            ),
+            low=0.05,
+            high=100.0,
+        ),
+    ),
+    formula="km (clip(u, -level, level) - u)",
+    meaning="The amplifier delivers no more than a limit.",
+    kernel=amplifier_saturation,
+    steady=True,
+    neighbours=(
+        "supply_sag",
+        "slew_limit",
+    ),
+)

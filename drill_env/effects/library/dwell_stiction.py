@@ -1,0 +1,50 @@
+"""The brake sticks harder the longer it rests."""
+
+from math import exp
+
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
+from drill_env.effects._signal import against, response
+
+
+@response
+def dwell_stiction(p, q, m, s, out):
+    """holds torque (1 - e^(-dwell/time_constant)) more, until it slips."""
+    if s.omega_l != 0.0:
+        m[0] = 0.0
+        return
+    m[0] += s.dt
+    out.torque_l += against(0.0, s.net_l, q[0] * (1.0 - exp(-m[0] / q[1])))
+
+
+EFFECT = Effect(
+    id="dwell_stiction",
+    component="lower",
+    equation="lower",
+    depends_on="dwell time",
+    parameters=(
+        amplitude("torque", "Nm", 0.003, most=HEAVIEST, signed=False),
+        shape(
+            "time_constant",
+            "s",
+            (
+                0.2,
+                0.7,
+                2.5,
+                9.0,
+            ),
+            low=0.005,
+            high=1000.0,
+        ),
+    ),
+    formula="holds torque (1 - e^(-dwell/time_constant)) more, until it slips",
+    meaning="The brake sticks harder the longer it rests.",
+    kernel=dwell_stiction,
+    friction=True,
+    neighbours=(
+        "lower_stribeck",
+        "rate_state",
+    ),
+    source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994)",
+    at_rest=True,
+    only_at_rest=True,
+)

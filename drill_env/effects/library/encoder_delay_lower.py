@@ -1,0 +1,40 @@
+"""The lower encoder reports late."""
+
+from drill_env.effects._delay import delayed
+from drill_env.effects._effect import Effect, shape
+from drill_env.effects._signal import response
+
+
+@response
+def encoder_delay_lower(p, q, m, s, out):
+    """theta_l(t - delay) - theta_l(t) on the reading."""
+    out.angle_l += delayed(m, s, s.theta_l, s.omega_l, q[0]) - s.theta_l
+
+
+EFFECT = Effect(
+    id="encoder_delay_lower",
+    component="sensor",
+    equation="lower",
+    depends_on="omega_l",
+    parameters=(
+        shape(
+            "delay",
+            "s",
+            (
+                0.01,
+                0.02,
+                0.03,
+                0.05,
+                0.08,
+                0.12,
+            ),
+            low=0.0,
+            high=0.5,
+        ),
+    ),
+    formula="theta_l(t - delay) - theta_l(t) on the reading",
+    meaning="The lower encoder reports late.",
+    kernel=encoder_delay_lower,
+    neighbours=("string_damping",),
+    senses=True,
+)

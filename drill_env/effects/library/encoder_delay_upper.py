@@ -1,0 +1,40 @@
+"""The upper encoder reports late."""
+
+from drill_env.effects._delay import delayed
+from drill_env.effects._effect import Effect, shape
+from drill_env.effects._signal import response
+
+
+@response
+def encoder_delay_upper(p, q, m, s, out):
+    """theta_u(t - delay) - theta_u(t) on the reading."""
+    out.angle_u += delayed(m, s, s.theta_u, s.omega_u, q[0]) - s.theta_u
+
+
+EFFECT = Effect(
+    id="encoder_delay_upper",
+    component="sensor",
+    equation="upper",
+    depends_on="omega_u",
+    parameters=(
+        shape(
+            "delay",
+            "s",
+            (
+                0.01,
+                0.02,
+                0.03,
+                0.05,
+                0.08,
+                0.12,
+            ),
+            low=0.0,
+            high=0.5,
+        ),
+    ),
+    formula="theta_u(t - delay) - theta_u(t) on the reading",
+    meaning="The upper encoder reports late.",
+    kernel=encoder_delay_upper,
+    neighbours=("input_delay",),
+    senses=True,
+)

@@ -1,0 +1,29 @@
+"""The lower encoder's disc is off centre."""
+
+from math import cos
+
+from drill_env.effects._effect import Effect, amplitude, phase
+from drill_env.effects._signal import response
+
+
+@response
+def encoder_eccentricity_lower(p, q, m, s, out):
+    """error cos(theta_l + phase) on the reading."""
+    out.angle_l += q[0] * cos(s.theta_l + q[1])
+
+
+EFFECT = Effect(
+    id="encoder_eccentricity_lower",
+    component="sensor",
+    equation="lower",
+    depends_on="theta_l",
+    parameters=(
+        amplitude("error", "rad", 0.003, most=0.5, signed=False),
+        phase(),
+    ),
+    formula="error cos(theta_l + phase) on the reading",
+    meaning="The lower encoder's disc is off centre.",
+    kernel=encoder_eccentricity_lower,
+    neighbours=("unbalance",),
+    senses=True,
+)

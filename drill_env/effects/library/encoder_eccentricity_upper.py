@@ -1,0 +1,29 @@
+"""The upper encoder's disc is off centre."""
+
+from math import cos
+
+from drill_env.effects._effect import Effect, amplitude, phase
+from drill_env.effects._signal import response
+
+
+@response
+def encoder_eccentricity_upper(p, q, m, s, out):
+    """error cos(theta_u + phase) on the reading."""
+    out.angle_u += q[0] * cos(s.theta_u + q[1])
+
+
+EFFECT = Effect(
+    id="encoder_eccentricity_upper",
+    component="sensor",
+    equation="upper",
+    depends_on="theta_u",
+    parameters=(
+        amplitude("error", "rad", 0.003, most=0.5, signed=False),
+        phase(),
+    ),
+    formula="error cos(theta_u + phase) on the reading",
+    meaning="The upper encoder's disc is off centre.",
+    kernel=encoder_eccentricity_upper,
+    neighbours=("gear_eccentricity",),
+    senses=True,
+)

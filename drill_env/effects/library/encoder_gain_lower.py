@@ -1,0 +1,24 @@
+"""The lower encoder's counts per revolution are wrong."""
+
+from drill_env.effects._effect import Effect, amplitude
+from drill_env.effects._signal import response
+
+
+@response
+def encoder_gain_lower(p, q, m, s, out):
+    """error theta_l on the reading."""
+    out.angle_l += q[0] * s.theta_l
+
+
+EFFECT = Effect(
+    id="encoder_gain_lower",
+    component="sensor",
+    equation="lower",
+    depends_on="theta_l",
+    parameters=(amplitude("error", "1", 0.001, most=0.5),),
+    formula="error theta_l on the reading",
+    meaning="The lower encoder's counts per revolution are wrong.",
+    kernel=encoder_gain_lower,
+    neighbours=("missed_counts_lower",),
+    senses=True,
+)

@@ -1,0 +1,27 @@
+"""The brake's friction drifts (it dries)."""
+
+from drill_env.effects._effect import Effect, amplitude
+from drill_env.effects._signal import against, response
+
+
+@response
+def friction_drift(p, q, m, s, out):
+    """-drift t/(60 s) T_fl."""
+    out.torque_l += against(s.omega_l, s.net_l, q[0] * s.t / 60.0 * s.friction_l)
+
+
+EFFECT = Effect(
+    id="friction_drift",
+    component="lower",
+    equation="lower",
+    depends_on="time",
+    parameters=(amplitude("drift", "1/min", 0.05, most=3.0),),
+    formula="-drift t/(60 s) T_fl",
+    meaning="The brake's friction drifts (it dries).",
+    kernel=friction_drift,
+    friction=True,
+    neighbours=(
+        "wear",
+        "friction_heating",
+    ),
+)

@@ -1,0 +1,52 @@
+"""The drive's gear is springy."""
+
+from drill_env.effects._drive import DAMPING, FRICTION_SHARE, MOTOR_SHARE, drive_torque
+from drill_env.effects._effect import Effect, shape
+from drill_env.effects._signal import response
+
+
+@response
+def gear_compliance(p, q, m, s, out):
+    """motor_share J_u behind a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu."""
+    out.torque_u += drive_torque(p, m, s, q[1], q[0], 0.0, q[2], q[3])
+
+
+EFFECT = Effect(
+    id="gear_compliance",
+    component="upper",
+    equation="upper",
+    depends_on="voltage",
+    parameters=(
+        shape(
+            "frequency",
+            "Hz",
+            (
+                0.9,
+                1.5,
+                2.4,
+                3.8,
+                6.0,
+                9.5,
+                15.0,
+                24.0,
+                38.0,
+            ),
+            low=0.1,
+            high=200.0,
+            form=0.003,
+        ),
+        MOTOR_SHARE,
+        FRICTION_SHARE,
+        DAMPING,
+    ),
+    formula="motor_share J_u behind a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu; "
+    "the two ring at `frequency`",
+    meaning="The drive's gear is springy.",
+    kernel=gear_compliance,
+    replaces_balance=True,
+    refined_within=True,
+    neighbours=(
+        "actuator_lag",
+        "gear_backlash",
+    ),
+)

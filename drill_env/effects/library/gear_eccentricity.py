@@ -1,0 +1,31 @@
+"""A gear runs out of true: the drive's torque varies once a turn."""
+
+from math import cos
+
+from drill_env.effects._effect import Effect, amplitude, phase
+from drill_env.effects._signal import response
+
+
+@response
+def gear_eccentricity(p, q, m, s, out):
+    """km u eccentricity cos(theta_u + phase)."""
+    out.torque_u += p.km * s.u * q[0] * cos(s.theta_u + q[1])
+
+
+EFFECT = Effect(
+    id="gear_eccentricity",
+    component="upper",
+    equation="upper",
+    depends_on="theta_u",
+    parameters=(
+        amplitude("eccentricity", "1", 0.02, most=1.0, signed=False),
+        phase(),
+    ),
+    formula="km u eccentricity cos(theta_u + phase)",
+    meaning="A gear runs out of true: the drive's torque varies once a turn.",
+    kernel=gear_eccentricity,
+    neighbours=(
+        "torque_ripple",
+        "encoder_eccentricity_upper",
+    ),
+)

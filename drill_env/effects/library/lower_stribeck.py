@@ -1,0 +1,49 @@
+"""The brake grips harder near rest than the law says."""
+
+from math import exp
+
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
+from drill_env.effects._signal import against, response
+
+
+@response
+def lower_stribeck(p, q, m, s, out):
+    """-sign(omega_l) torque exp(-|omega_l|/velocity)."""
+    out.torque_l += against(s.omega_l, s.net_l, q[0] * exp(-abs(s.omega_l) / q[1]))
+
+
+EFFECT = Effect(
+    id="lower_stribeck",
+    component="lower",
+    equation="lower",
+    depends_on="omega_l",
+    parameters=(
+        amplitude("torque", "Nm", 0.001, most=HEAVIEST, signed=False),
+        shape(
+            "velocity",
+            "rad/s",
+            (
+                0.02,
+                0.05,
+                0.1,
+                0.2,
+                0.4,
+                0.8,
+            ),
+            low=0.001,
+            form=0.02,
+            high=20.0,
+        ),
+    ),
+    formula="-sign(omega_l) torque exp(-|omega_l|/velocity)",
+    meaning="The brake grips harder near rest than the law says.",
+    kernel=lower_stribeck,
+    friction=True,
+    steady=True,
+    neighbours=(
+        "dwell_stiction",
+        "friction_lag",
+    ),
+    source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994)",
+    at_rest=True,
+)

@@ -1,0 +1,43 @@
+"""The motor loses torque as it warms."""
+
+from math import exp
+
+from drill_env.effects._effect import Effect, amplitude, shape
+from drill_env.effects._signal import response
+
+
+@response
+def motor_heating(p, q, m, s, out):
+    """-km loss h u, time_constant dh/dt = u^2/(9 V^2) - h."""
+    decay = exp(-s.dt / q[1])
+    m[0] = s.u * s.u / 9.0 + (m[0] - s.u * s.u / 9.0) * decay
+    out.torque_u -= p.km * q[0] * m[0] * s.u
+
+
+EFFECT = Effect(
+    id="motor_heating",
+    component="actuator",
+    equation="upper",
+    depends_on="time",
+    parameters=(
+        amplitude("loss", "1", 0.05, most=0.9, signed=False),
+        shape(
+            "time_constant",
+            "s",
+            (
+                5.0,
+                10.0,
+                20.0,
+                40.0,
+                80.0,
+                200.0,
+            ),
+            low=2.0,
+            high=10000.0,
+        ),
+    ),
+    formula="-km loss h u, time_constant dh/dt = u^2/(9 V^2) - h",
+    meaning="The motor loses torque as it warms.",
+    kernel=motor_heating,
+    neighbours=("friction_warmup",),
+)

@@ -1,0 +1,61 @@
+"""The brake remembers how long it has been in contact (rate and state)."""
+
+from math import exp, log
+
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
+from drill_env.effects._signal import against, left_over, response
+
+# Share of `speed` at which steady contact stops growing older.
+_AT_REST = 0.05
+
+
+@response
+def rate_state(p, q, m, s, out):
+    """-sign(omega_l) torque ln((1 + sharp psi)/(1 + sharp psi_s)), dpsi/dt = 1 - psi/psi_s."""
+    # The steady part is a function of speed alone, which the brake's law has already.
+    rest = q[1] / (abs(s.omega_l) + _AT_REST * q[2])
+    if s.first:
+        m[0] = rest
+    sharp = q[2] / q[1]
+    mean = rest + (m[0] - rest) * left_over(s.dt / rest)
+    m[0] = rest + (m[0] - rest) * exp(-s.dt / rest)
+    extra = q[0] * log((1.0 + sharp * mean) / (1.0 + sharp * rest))
+    out.torque_l += against(s.omega_l, s.net_l, extra)
+
+
+EFFECT = Effect(
+    id="rate_state",
+    component="lower",
+    equation="lower",
+    depends_on="omega_l",
+    parameters=(
+        amplitude("torque", "Nm", 0.001, most=HEAVIEST, signed=False),
+        shape(
+            "distance",
+            "rad",
+            (
+                0.02,
+                0.05,
+                0.1,
+                0.2,
+                0.5,
+                1.0,
+                2.0,
+            ),
+            low=0.001,
+            high=50.0,
+        ),
+        shape("speed", "rad/s", (0.1, 0.7), low=0.001, high=50.0),
+    ),
+    formula="-sign(omega_l) torque ln((1 + sharp psi)/(1 + sharp psi_s)), dpsi/dt = 1 - psi/psi_s, "
+    "sharp = speed/distance, psi_s = distance/(|omega_l| + speed/20)",
+    meaning="The brake remembers how long it has been in contact (rate and state).",
+    kernel=rate_state,
+    friction=True,
+    neighbours=(
+        "friction_lag",
+        "dwell_stiction",
+    ),
+    source="Dieterich, J. Geophys. Res. 84 (1979); Ruina (1983)",
+    at_rest=True,
+)

@@ -1,0 +1,48 @@
+"""The string creeps under load."""
+
+from math import exp
+
+from drill_env.effects._effect import Effect, amplitude, shape
+from drill_env.effects._signal import response
+
+
+@response
+def string_creep(p, q, m, s, out):
+    """+-compliance ktheta z, time_constant dz/dt = twist - z."""
+    if s.first:
+        m[0] = s.twist
+    m[0] = s.twist + (m[0] - s.twist) * exp(-s.dt / q[1])
+    torque = -q[0] * p.ktheta * m[0]
+
+    out.torque_l += torque
+    out.torque_u -= torque
+
+
+EFFECT = Effect(
+    id="string_creep",
+    component="string",
+    equation="both",
+    depends_on="twist",
+    parameters=(
+        amplitude("compliance", "1", 0.03, most=0.9, signed=False),
+        shape(
+            "time_constant",
+            "s",
+            (
+                0.5,
+                1.0,
+                2.0,
+                4.0,
+                8.0,
+                16.0,
+                32.0,
+            ),
+            low=0.02,
+            high=1000.0,
+        ),
+    ),
+    formula="+-compliance ktheta z, time_constant dz/dt = twist - z",
+    meaning="The string creeps under load.",
+    kernel=string_creep,
+    neighbours=("string_hysteresis",),
+)

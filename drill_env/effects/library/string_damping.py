@@ -1,0 +1,29 @@
+"""The string has damping of its own."""
+
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude
+from drill_env.effects._signal import response
+
+
+@response
+def string_damping(p, q, m, s, out):
+    """-+damping (omega_u - omega_l)."""
+    torque = q[0] * (s.omega_u - s.omega_l)
+    out.torque_l += torque
+    out.torque_u -= torque
+
+
+EFFECT = Effect(
+    id="string_damping",
+    component="string",
+    equation="both",
+    depends_on="omega_u - omega_l",
+    parameters=(amplitude("damping", "Nm s/rad", 0.0005, most=HEAVIEST, signed=False),),
+    formula="-+damping (omega_u - omega_l)",
+    meaning="The string has damping of its own.",
+    kernel=string_damping,
+    steady=True,
+    neighbours=(
+        "encoder_delay_lower",
+        "quadratic_drag",
+    ),
+)

@@ -1,0 +1,26 @@
+"""The string stiffens with twist."""
+
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude
+from drill_env.effects._signal import response
+
+
+@response
+def string_hardening(p, q, m, s, out):
+    """-+coefficient twist^3."""
+    torque = q[0] * s.twist * s.twist * s.twist
+    out.torque_l += torque
+    out.torque_u -= torque
+
+
+EFFECT = Effect(
+    id="string_hardening",
+    component="string",
+    equation="both",
+    depends_on="twist",
+    parameters=(amplitude("coefficient", "Nm/rad^3", 0.0001, most=HEAVIEST),),
+    formula="-+coefficient twist^3",
+    meaning="The string stiffens with twist.",
+    kernel=string_hardening,
+    steady=True,
+    neighbours=("string_asymmetry",),
+)

@@ -1,0 +1,65 @@
+"""The motor's torque ripples with its angle (cogging)."""
+
+from math import cos
+
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude, phase, shape
+from drill_env.effects._signal import response
+
+
+@response
+def torque_ripple(p, q, m, s, out):
+    """torque cos(order theta_u + phase)."""
+    out.torque_u += q[0] * cos(q[2] * s.theta_u + q[1])
+
+
+EFFECT = Effect(
+    id="torque_ripple",
+    component="actuator",
+    equation="upper",
+    depends_on="theta_u",
+    parameters=(
+        amplitude("torque", "Nm", 0.02, most=HEAVIEST, signed=False),
+        phase(),
+        shape(
+            "order",
+            "1",
+            (
+                2.0,
+                3.0,
+                4.0,
+                5.0,
+                6.0,
+                7.0,
+                8.0,
+                9.0,
+                10.0,
+                11.0,
+                12.0,
+                14.0,
+                15.0,
+                16.0,
+                18.0,
+                20.0,
+                21.0,
+                22.0,
+                24.0,
+                27.0,
+                28.0,
+                30.0,
+                32.0,
+                33.0,
+                36.0,
+                40.0,
+                44.0,
+                48.0,
+            ),
+            low=1.5,
+            high=500.0,
+            form=0.0,
+        ),
+    ),
+    formula="torque cos(order theta_u + phase)",
+    meaning="The motor's torque ripples with its angle (cogging).",
+    kernel=torque_ripple,
+    neighbours=("gear_eccentricity",),
+)

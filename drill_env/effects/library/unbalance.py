@@ -1,0 +1,31 @@
+"""The lower disc is out of balance."""
+
+from math import cos
+
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude, phase
+from drill_env.effects._signal import response
+
+
+@response
+def unbalance(p, q, m, s, out):
+    """torque cos(theta_l + phase)."""
+    out.torque_l += q[0] * cos(s.theta_l + q[1])
+
+
+EFFECT = Effect(
+    id="unbalance",
+    component="lower",
+    equation="lower",
+    depends_on="theta_l",
+    parameters=(
+        amplitude("torque", "Nm", 0.002, most=HEAVIEST, signed=False),
+        phase(),
+    ),
+    formula="torque cos(theta_l + phase)",
+    meaning="The lower disc is out of balance.",
+    kernel=unbalance,
+    neighbours=(
+        "encoder_eccentricity_lower",
+        "brake_runout",
+    ),
+)

@@ -1,0 +1,25 @@
+"""The upper disc is damped more in one direction than in the other."""
+
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude
+from drill_env.effects._signal import response
+
+
+@response
+def upper_asymmetry(p, q, m, s, out):
+    """-damping |omega_u|."""
+    out.torque_u -= q[0] * abs(s.omega_u)
+
+
+EFFECT = Effect(
+    id="upper_asymmetry",
+    component="upper",
+    equation="upper",
+    depends_on="omega_u",
+    parameters=(amplitude("damping", "Nm s/rad", 0.02, most=HEAVIEST),),
+    formula="-damping |omega_u|",
+    meaning="The upper disc is damped more in one direction than in the other.",
+    kernel=upper_asymmetry,
+    steady=True,
+    neighbours=("upper_offset", "gain_asymmetry"),
+    stands_for="dbu",
+)

@@ -1,0 +1,26 @@
+"""A constant torque acts on the upper disc, or its Coulomb friction differs with direction."""
+
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude
+from drill_env.effects._signal import response
+
+
+@response
+def upper_offset(p, q, m, s, out):
+    """-torque."""
+    out.torque_u -= q[0]
+
+
+EFFECT = Effect(
+    id="upper_offset",
+    component="upper",
+    equation="upper",
+    depends_on="time",
+    parameters=(amplitude("torque", "Nm", 0.02, most=HEAVIEST),),
+    formula="-torque",
+    meaning="A constant torque acts on the upper disc, or its Coulomb friction differs with "
+    "direction, which is the same.",
+    kernel=upper_offset,
+    steady=True,
+    neighbours=("upper_asymmetry", "gain_asymmetry"),
+    stands_for="dTsu",
+)

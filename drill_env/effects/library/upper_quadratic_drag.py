@@ -1,0 +1,24 @@
+"""The upper disc meets a drag that grows with the square of its speed."""
+
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude
+from drill_env.effects._signal import response
+
+
+@response
+def upper_quadratic_drag(p, q, m, s, out):
+    """-coefficient |omega_u| omega_u."""
+    out.torque_u -= q[0] * abs(s.omega_u) * s.omega_u
+
+
+EFFECT = Effect(
+    id="upper_quadratic_drag",
+    component="upper",
+    equation="upper",
+    depends_on="omega_u",
+    parameters=(amplitude("coefficient", "Nm s^2/rad^2", 0.005, most=HEAVIEST, signed=False),),
+    formula="-coefficient |omega_u| omega_u",
+    meaning="The upper disc meets a drag that grows with the square of its speed.",
+    kernel=upper_quadratic_drag,
+    steady=True,
+    neighbours=("supply_sag",),
+)

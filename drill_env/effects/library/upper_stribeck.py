@@ -1,0 +1,46 @@
+"""The upper disc's friction is higher at low speed."""
+
+from math import exp
+
+from drill_env.effects._effect import Effect, amplitude, shape
+from drill_env.effects._signal import against, response
+
+
+@response
+def upper_stribeck(p, q, m, s, out):
+    """-sign(omega_u) torque exp(-|omega_u|/velocity)."""
+    out.torque_u += against(s.omega_u, s.net_u, q[0] * exp(-abs(s.omega_u) / q[1]))
+
+
+EFFECT = Effect(
+    id="upper_stribeck",
+    component="upper",
+    equation="upper",
+    depends_on="omega_u",
+    parameters=(
+        amplitude("torque", "Nm", 0.02, most=5.0),
+        shape(
+            "velocity",
+            "rad/s",
+            (
+                0.03,
+                0.07,
+                0.15,
+                0.3,
+                0.6,
+                1.0,
+                1.6,
+            ),
+            low=0.001,
+            high=20.0,
+        ),
+    ),
+    formula="-sign(omega_u) torque exp(-|omega_u|/velocity)",
+    meaning="The upper disc's friction is higher at low speed.",
+    kernel=upper_stribeck,
+    friction=True,
+    steady=True,
+    neighbours=("amplifier_deadzone",),
+    source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994)",
+    at_rest=True,
+)

@@ -1,0 +1,32 @@
+"""The upper disc, or what the axis carries, is out of balance: a pendulum."""
+
+from math import cos
+
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude, phase
+from drill_env.effects._signal import response
+
+
+@response
+def upper_unbalance(p, q, m, s, out):
+    """torque cos(theta_u + phase)."""
+    out.torque_u += q[0] * cos(s.theta_u + q[1])
+
+
+EFFECT = Effect(
+    id="upper_unbalance",
+    component="upper",
+    equation="upper",
+    depends_on="theta_u",
+    parameters=(
+        amplitude("torque", "Nm", 0.02, most=HEAVIEST, signed=False),
+        phase(),
+    ),
+    formula="torque cos(theta_u + phase)",
+    meaning="The upper disc, or what the axis carries, is out of balance (a pendulum).",
+    kernel=upper_unbalance,
+    neighbours=(
+        "encoder_eccentricity_upper",
+        "gear_eccentricity",
+    ),
+    axis_only=True,
+)

@@ -1,0 +1,25 @@
+"""The upper disc is damped in proportion to its speed."""
+
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude
+from drill_env.effects._signal import response
+
+
+@response
+def upper_viscous(p, q, m, s, out):
+    """-damping omega_u."""
+    out.torque_u -= q[0] * s.omega_u
+
+
+EFFECT = Effect(
+    id="upper_viscous",
+    component="upper",
+    equation="upper",
+    depends_on="omega_u",
+    parameters=(amplitude("damping", "Nm s/rad", 0.1, most=HEAVIEST, signed=False),),
+    formula="-damping omega_u",
+    meaning="The upper disc is damped in proportion to its speed (viscous).",
+    kernel=upper_viscous,
+    steady=True,
+    neighbours=("upper_quadratic_drag", "upper_coulomb"),
+    stands_for="bu",
+)
