@@ -143,7 +143,7 @@ def regulate(p, x, target, value, knobs, scratch):
     return min(max(volts, -knobs.limit), knobs.limit)
 
 
-@kernel
+@entry
 def adapt_rigs(
     first, seen, last, setpoint, x, cov, value, nis, nominal, p, process, prior, bounds, told,
     knobs, scratch, volts,

@@ -14,8 +14,12 @@ from typing import Any, TypeVar
 
 from llvmlite import ir
 from numba import njit, types
+from numba.core import event
+from numba.core.dispatcher import Dispatcher
 from numba.core.typing.templates import signature as typed
 from numba.extending import intrinsic
+
+from drill_env._compiling import Compiling, announce
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -62,6 +66,53 @@ def _package_stamp() -> str:
     return marks.hexdigest()
 
 
+class _Watch(event.Listener):
+    """Tells how many of the kernels that a compilation needs are done."""
+
+    def __init__(self) -> None:
+        self._needed: set[Dispatcher] = set()
+        self._depth = 0
+
+    def on_start(self, event: Any) -> None:
+        """A kernel begins."""
+        made = event.data["dispatcher"]
+        if self._depth == 0:
+            self._needed = (
+                _reachable(made) if (made.__module__ or "").partition(".")[0] in _OURS else set()
+            )
+        self._depth += 1
+        self._tell(made, finished=False)
+
+    def on_end(self, event: Any) -> None:
+        """A kernel is compiled."""
+        self._depth -= 1
+        if self._depth == 0:
+            self._tell(event.data["dispatcher"], finished=True)
+
+    def _tell(self, made: Dispatcher, finished: bool) -> None:
+        if self._needed:
+            done = sum(bool(kernel.overloads) for kernel in self._needed)
+            announce(Compiling(done, len(self._needed), made.py_func.__name__, finished))
+
+
+_OURS = ("drill_env", "agents", "baselines")
+
+
+def _reachable(made: Dispatcher) -> set[Dispatcher]:
+    """A kernel and all that it calls, itself or through others."""
+    found, pending = {made}, [made]
+    while pending:
+        function = pending.pop().py_func
+        named = (function.__globals__.get(name) for name in function.__code__.co_names)
+        new = {kernel for kernel in named if isinstance(kernel, Dispatcher)} - found
+        found |= new
+        pending += new
+    return found
+
+
+event.register("numba:compile", _Watch())
+
+
 def entry(function: F) -> F:
     """Compile a kernel that Python calls.
 
@@ -102,11 +153,6 @@ class Unit:
         """Where the machine code lies in this process; compiles it at the first look."""
         self._compiled.compile(self.signature)
         result = self._compiled.overloads[self.signature.args]
-        if result.signature.return_type != self.signature.return_type:
-            raise TypeError(
-                f"{self.function.__name__} returns {result.signature.return_type}, declared is "
-                f"{self.signature.return_type}"
-            )
         return result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
 
     def __reduce__(self) -> str:

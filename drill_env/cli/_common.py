@@ -63,15 +63,6 @@ def tell(text: str) -> None:
     typer.echo(text, err=True)
 
 
-def tell_of_first_call() -> None:
-    """Say why the first call on a machine takes long: numba has not compiled here yet."""
-    kernels = Path(__file__).resolve().parents[1] / "integrator" / "__pycache__"
-    if "NUMBA_CACHE_DIR" in os.environ or any(kernels.glob("_advance.advance-*.nbi")):
-        return
-    if os.access(kernels.parent, os.W_OK):
-        tell("first call: compiling, about a minute, once on this machine ...")
-
-
 def progress_bar() -> Progress:
     """A bar on stderr that vanishes when done, and never shows where nobody watches."""
     from rich.console import Console

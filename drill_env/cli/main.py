@@ -7,10 +7,10 @@ from typing import Annotated, Any
 
 import typer
 
-from drill_env import __version__
+from drill_env import __version__, _compiling
 from drill_env._errors import InputError
 from drill_env.cli import recording_commands
-from drill_env.cli._common import SeveralHoldouts, tell_of_first_call
+from drill_env.cli._common import SeveralHoldouts
 from drill_env.cli.bifurcation_command import bifurcation_command
 from drill_env.cli.check_command import check_command
 from drill_env.cli.compare_command import compare_command
@@ -57,8 +57,8 @@ def options(
     ] = False,
 ) -> None:
     """Options of the whole program."""
-    if ctx.invoked_subcommand not in (None, "rig") and "--help" not in sys.argv:
-        tell_of_first_call()
+    if not ctx.resilient_parsing:
+        _compiling.observe(_compiling.Lines())
 
 
 def run() -> None:

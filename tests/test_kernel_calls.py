@@ -1,0 +1,69 @@
+"""Python calls entries alone: a kernel without a wrapper would crash the interpreter."""
+
+import ast
+import importlib
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from numba.core.dispatcher import Dispatcher
+
+ROOT = Path(__file__).parents[1]
+MADE = {"kernel", "entry", "inlined"}
+FILES = [
+    path
+    for folder in ("drill_env", "baselines", "agents")
+    for path in sorted((ROOT / folder).rglob("*.py"))
+    if "import" in path.read_text("utf-8")
+]
+
+
+def decorated(node):
+    names = {
+        getattr(d, "id", getattr(getattr(d, "func", d), "id", "")) for d in node.decorator_list
+    }
+    return bool(names & {*MADE, "unit", "response"})
+
+
+def called_from_python(tree):
+    """Names that are used outside of kernels."""
+    pending, names = [tree], set()
+    while pending:
+        node = pending.pop()
+        if isinstance(node, ast.FunctionDef) and decorated(node):
+            continue
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
+            names.add(node.id)
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+            names.add(f"{node.value.id}.{node.attr}")
+        pending += ast.iter_child_nodes(node)
+    return names
+
+
+def without_wrapper(scope, name):
+    """Whether a name, or an attribute of a module, is such a kernel."""
+    first, _, rest = name.partition(".")
+    found = scope.get(first)
+    if rest and isinstance(found, ModuleType):
+        found = getattr(found, rest, None)
+    return isinstance(found, Dispatcher) and found.targetoptions.get("no_cpython_wrapper")
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_python_calls_only_what_has_a_wrapper(path):
+    tree = ast.parse(path.read_text("utf-8"))
+    if not any(isinstance(n, (ast.Import, ast.ImportFrom, ast.FunctionDef)) for n in tree.body):
+        return
+    names = called_from_python(tree)
+    module = importlib.import_module(".".join(path.relative_to(ROOT).with_suffix("").parts))
+    scope = vars(module)
+    # Imports inside functions, which keep the command line quick, are not in the module.
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            source = importlib.import_module(node.module)
+            scope = {
+                **{a.asname or a.name: getattr(source, a.name, None) for a in node.names},
+                **scope,
+            }
+    bare = [name for name in sorted(names) if without_wrapper(scope, name)]
+    assert not bare, f"{bare}: decorate with entry instead of kernel or inlined"
