@@ -125,3 +125,41 @@ def test_bad_encoders_name_the_field_and_the_remedy(options, text):
     with pytest.raises(InputError, match=next(iter(options))) as caught:
         Encoder(**options)
     assert text in str(caught.value)
+
+
+def test_lost_counts_are_binomial():
+    """Every draw against SciPy's quantile function."""
+    from scipy.stats import binom
+
+    from drill_env.sensors._kernels import lose_counts
+
+    rng = np.random.default_rng(3)
+    for moved, chance in ((1, 0.3), (40, 0.01), (170, 1e-3), (170, 0.5), (3000, 0.02)):
+        uniforms = rng.random(400)
+        counts = np.cumsum(np.full(400, float(moved)))
+        expected = counts - np.cumsum(np.r_[0.0, binom.ppf(uniforms[1:], moved, chance)])
+        lose_counts(counts, chance, uniforms)
+        np.testing.assert_array_equal(counts, expected)
+
+
+def test_the_environment_reads_the_same_encoder():
+    """Its readings of one turning disc lose as many counts, with the same spread."""
+    from drill_env.environment._records import ROW, SETTING
+    from drill_env.environment._sensing import spoil
+
+    encoder, rng = Encoder(missed_per_count=0.02), np.random.default_rng(5)
+    setting, lost = np.zeros(1, dtype=SETTING), []
+    setting["quantum"], setting["missed"] = encoder.quantum, encoder.missed_per_count
+    theta = 50.3 * encoder.quantum * np.arange(60.0)
+    for _ in range(300):
+        row, seen = np.zeros(1, dtype=ROW), 0.0
+        for angle in theta[1:]:
+            seen = spoil(row[0], 1, angle, rng.random(4), setting[0])
+            seen = np.floor(seen / encoder.quantum + 0.5) * encoder.quantum
+            row["measured"][0, 1] = seen
+        series = read_encoder(theta, encoder, rng)
+        lost.append([(theta[-1] - last) / encoder.quantum for last in (seen, series[-1])])
+    moved = 50.3 * 59
+    mean, variance = np.mean(lost, axis=0), np.var(lost, axis=0)
+    np.testing.assert_allclose(mean, 0.02 * moved, rtol=0.05)
+    np.testing.assert_allclose(variance, 0.02 * 0.98 * moved, rtol=0.25)

@@ -4,25 +4,18 @@ from math import floor
 
 from drill_env._jit import entry, inlined, kernel
 from drill_env.environment._records import VIEW_STATE, VIEW_SURFACE
-from drill_env.sensors._kernels import filter_step, quantise, start_filter
-
-
-@kernel
-def lost_counts(moved, chance, uniform):
-    """Whole counts lost of `moved`: the mean, rounded up with the chance of its remainder."""
-    mean = abs(moved) * chance
-    whole = floor(mean)
-    lost = whole + (1.0 if uniform < mean - whole else 0.0)
-    return lost if moved > 0.0 else -lost
+from drill_env.sensors._kernels import filter_step, lost_counts, quantise, start_filter
 
 
 @entry
 def spoil(row, disc, seen, draw, setting):
-    """Angle with the noise and the missed counts of one random draw."""
+    """Angle with the noise and the missed counts of one random draw, as `read_encoder` has them."""
+    seen += setting.noise_rad * draw[disc]
     if setting.missed > 0.0 and setting.quantum > 0.0:
-        moved = (seen - row.lost[disc] - row.measured[disc]) / setting.quantum
+        moved = floor(seen / setting.quantum + 0.5)
+        moved -= floor((row.measured[disc] + row.lost[disc]) / setting.quantum + 0.5)
         row.lost[disc] += setting.quantum * lost_counts(moved, setting.missed, draw[2 + disc])
-    return seen - row.lost[disc] + setting.noise_rad * draw[disc]
+    return seen - row.lost[disc]
 
 
 @inlined

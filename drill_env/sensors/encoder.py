@@ -10,7 +10,7 @@ from scipy.signal import butter
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.sensors._kernels import filter_series, start_filter
+from drill_env.sensors._kernels import filter_series, lose_counts, start_filter
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,10 +96,8 @@ def read_encoder(
     if quantum == 0.0:
         return theta.copy()
     counts = np.floor(theta / quantum + 0.5)
-    if rng is not None and encoder.missed_per_count > 0:
-        moves = np.diff(counts, prepend=counts[:1])
-        lost = rng.binomial(np.abs(moves).astype(np.int64), encoder.missed_per_count)
-        counts = counts - np.cumsum(np.sign(moves) * lost)
+    if rng is not None and encoder.missed_per_count > 0 and len(counts):
+        lose_counts(counts, encoder.missed_per_count, rng.random(counts.shape))
     return np.asarray(counts * quantum, dtype=np.float64)
 
 
