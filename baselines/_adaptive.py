@@ -64,7 +64,7 @@ def new_scratch() -> Scratch:
     )  # fmt: skip
 
 
-@kernel
+@entry
 def plant_step(p, omega, period, a, b):
     """Sampled (twist, omega_u, omega_l) about steady turning at `omega`: a (3, 3), b (3,)."""
     h = period / SUBSTEPS
@@ -87,7 +87,7 @@ def plant_step(p, omega, period, a, b):
             b[0], b[1], b[2] = t, u, v
 
 
-@kernel
+@entry
 def riccati_step(a, b, value, slip, effort, feedback, work):
     """One step of the Riccati recursion on `value` (3, 3); leaves the feedback (3,)."""
     # work[0:3] = value a, work[3] = value b

@@ -23,7 +23,7 @@ SUBSTEPS = 5
 _FRICTIONLESS_SPEED = 0.05
 
 
-@kernel
+@entry
 def set_plant(p, nominal, x):
     """Write the plant that the filter's state stands for into the record `p`."""
     scale = exp(x[FRICTION])
@@ -96,7 +96,7 @@ def spread_step(p, top, h, damp, at, sign_u, sign_l):
         top[2, c] = v + h * damp * p.per_Jl * dl if sign_l != 0.0 else 0.0
 
 
-@kernel
+@entry
 def predict_state(p, x, volts, period, top):
     """Carry twist and speeds over one period; `top` becomes d(new)/d(old, plant), (3, 3 + free).
 
@@ -139,7 +139,7 @@ def predict_state(p, x, volts, period, top):
     x[0], x[1], x[2] = twist, upper, lower
 
 
-@kernel
+@entry
 def predict_covariance(cov, top, process, rows):
     """P <- F P F' + Q, F being `top` over twist and speeds, a shift over the past omega_u."""
     for r in range(3):

@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[1]
 MADE = {"kernel", "entry", "inlined"}
 FILES = [
     path
-    for folder in ("drill_env", "baselines", "agents")
+    for folder in ("drill_env", "baselines", "agents", "tests")
     for path in sorted((ROOT / folder).rglob("*.py"))
     if "import" in path.read_text("utf-8")
 ]
@@ -40,6 +40,23 @@ def called_from_python(tree):
     return names
 
 
+def imported(tree, path):
+    """What the file imports from the package, at its top and inside functions, and defines."""
+    module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+    own = path.relative_to(ROOT).parts[0] != "tests"
+    scope = dict(vars(importlib.import_module(module))) if own else {}
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.ImportFrom):
+            continue
+        source = "." * node.level + (node.module or "")
+        if not source.startswith((".", "drill_env", "baselines", "agents")):
+            continue
+        for name in node.names:
+            found = getattr(importlib.import_module(source, module.rpartition(".")[0]), name.name)
+            scope.setdefault(name.asname or name.name, found)
+    return scope
+
+
 def without_wrapper(scope, name):
     """Whether a name, or an attribute of a module, is such a kernel."""
     first, _, rest = name.partition(".")
@@ -55,15 +72,6 @@ def test_python_calls_only_what_has_a_wrapper(path):
     if not any(isinstance(n, (ast.Import, ast.ImportFrom, ast.FunctionDef)) for n in tree.body):
         return
     names = called_from_python(tree)
-    module = importlib.import_module(".".join(path.relative_to(ROOT).with_suffix("").parts))
-    scope = vars(module)
-    # Imports inside functions, which keep the command line quick, are not in the module.
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            source = importlib.import_module(node.module)
-            scope = {
-                **{a.asname or a.name: getattr(source, a.name, None) for a in node.names},
-                **scope,
-            }
+    scope = imported(tree, path)
     bare = [name for name in sorted(names) if without_wrapper(scope, name)]
     assert not bare, f"{bare}: decorate with entry instead of kernel or inlined"

@@ -92,7 +92,7 @@ def extended_rig(rig: Rig, terms: Sequence[Term]) -> Rig:
 def _single(source: Source) -> bool:
     """Whether it stands for events of one recording."""
     if isinstance(source, Strike):
-        return source.times is not None
+        return source.recording is not None
     return isinstance(source, (Slips, Once))
 
 

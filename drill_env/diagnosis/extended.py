@@ -48,7 +48,8 @@ def motion_of(samples: Samples, noise: NoiseModel, path: Path) -> Motion:
     """The motion that all samples together tell, once the readings are corrected."""
     states = smoothed(samples, noise, path).states[:, :4]
     rates = np.gradient(states[:, 1:3], samples.t, axis=0)
-    return Motion(samples.t, samples.u, np.hstack([states, rates]), samples.restarts)
+    mark = samples.recording.fingerprint()
+    return Motion(samples.t, samples.u, np.hstack([states, rates]), samples.restarts, mark)
 
 
 def whitened(

@@ -153,7 +153,7 @@ def describe(term: Term) -> FoundShape | None:
 def _struck(strike: Strike, q: FloatArray) -> FoundShape:
     x, y = outline(strike, q)
     formula = f"{float(q[0]):.3g} from {strike.begin:.4g} to {strike.end:.4g} s"
-    if strike.times is not None:
+    if strike.recording is not None:
         formula += " of one recording"
     return FoundShape("time", strike.sort, formula, 1.0, x.tolist(), y.tolist())
 

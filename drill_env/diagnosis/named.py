@@ -69,8 +69,10 @@ def _meaning(found: Found, source: Named) -> str:
     meaning = source.effect.meaning
     if not isinstance(source, Once):
         return meaning
-    times = [id(motion.t) for motion in found.final.motions]
-    return f"{meaning.removesuffix('.')}, in {label_of(found.setting, times.index(source.times))}."
+    marks = [motion.recording for motion in found.final.motions]
+    return (
+        f"{meaning.removesuffix('.')}, in {label_of(found.setting, marks.index(source.recording))}."
+    )
 
 
 def _stands_aside(found: Found, term: Term) -> bool:

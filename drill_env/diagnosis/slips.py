@@ -36,9 +36,9 @@ class Slips(Shape):
 
 @dataclass(frozen=True, slots=True)
 class _Where:
-    """A step: the times of its recording, by identity, and its row."""
+    """A step: the fingerprint of its recording, and its row."""
 
-    times: int
+    recording: int
     row: int
 
 
@@ -81,7 +81,7 @@ def slips(ground: Ground, encoder: int) -> tuple[Term, float] | None:
         if not found:
             continue
         q, won = _sizes(ground, known, encoder, found, n)
-        places += [_Where(id(known.samples.t), row) for row in found]
+        places += [_Where(known.motion.recording, row) for row in found]
         sizes += q
         gain += won
     if not places:
@@ -148,7 +148,7 @@ def _basis(
     def basis(rig: Rig, motion: Motion) -> tuple[FloatArray | None, FloatArray | None]:
         errors = np.zeros((len(motion.t), 2, len(places)))
         for i, place in enumerate(places):
-            if place.times == id(motion.t):
+            if place.recording == motion.recording:
                 errors[place.row :, encoder, i] = 1.0
         return None, errors
 

@@ -42,12 +42,12 @@ class Strike(Shape):
     Its one number is the torque; more would follow whatever happens at a release.
 
     Attributes:
-        times: identity of the times of the one recording that it is in; None for all of them.
+        recording: fingerprint of the one recording that it is in; None for all of them.
         begin: s.
         end: s.
     """
 
-    times: int | None
+    recording: int | None
     begin: float
     end: float
 
@@ -57,14 +57,14 @@ class Once(Named):
     """An effect of the library that is in one recording and in no other.
 
     Attributes:
-        times: identity of that recording's times.
+        recording: that recording's fingerprint.
     """
 
-    times: int = 0
+    recording: int = 0
 
     def response(self, q: FloatArray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
         """The effect's torques and reading errors, none in other recordings."""
-        if self.times != id(motion.t):
+        if self.recording != motion.recording:
             nothing = np.zeros((len(motion.t), 2))
             return nothing, nothing
         return Named.response(self, q, rig, motion)
@@ -72,7 +72,7 @@ class Once(Named):
 
 @dataclass(frozen=True, slots=True)
 class _Moment:
-    times: int | None
+    recording: int | None
     begin: float
     duration: float
 
@@ -121,7 +121,9 @@ def named_strikes(
     for effect, strike in itertools.product(named, hopeful):
         if strike.component != effect.component:
             continue
-        source = Named(effect) if strike.times is None else Once(effect, times=strike.times)
+        source = (
+            Named(effect) if strike.recording is None else Once(effect, recording=strike.recording)
+        )
         begin, length = strike.begin, strike.end - strike.begin
         usual = effect.parameters[0].grid[0]
         points = [
@@ -152,13 +154,13 @@ def _strike(disc: int, moment: _Moment) -> Strike:
 
     def basis(rig: Rig, motion: Motion) -> tuple[FloatArray | None, FloatArray | None]:
         loads = np.zeros((len(motion.t), 2, 1))
-        if moment.times is None or moment.times == id(motion.t):
+        if moment.recording is None or moment.recording == motion.recording:
             loads[:, disc, 0] = np.interp(middle(motion.t), corners, [0.0, 1.0, 1.0, 0.0])
         return loads, None
 
     return Strike(
         f"{_DISCS[disc]}_torque_at_a_moment", _DISCS[disc], "time", "torque",
-        (0.5 * (begin + end),), basis, moment.times, begin, end,
+        (0.5 * (begin + end),), basis, moment.recording, begin, end,
     )  # fmt: skip
 
 
@@ -174,7 +176,7 @@ def _around(strike: Strike, share: float) -> list[_Moment]:
         length = duration * stretch**share
         for shift in _SHIFTS:
             start = begin + 0.5 * (duration - length) + share * shift * duration
-            moments.append(_Moment(strike.times, start, length))
+            moments.append(_Moment(strike.recording, start, length))
     return moments
 
 
@@ -190,7 +192,7 @@ def _moments_of(ground: Ground, disc: int) -> list[_Moment]:
         pulls.append(np.bincount(np.minimum(place, size - 1), pull[:, disc], minlength=size))
     alone: list[tuple[float, _Moment]] = []
     for known, pull in zip(ground.known, pulls, strict=True):
-        alone += _outstanding(pull, id(known.motion.t), first, interval)
+        alone += _outstanding(pull, known.motion.recording, first, interval)
     together = _outstanding(np.sum(pulls, axis=0), None, first, interval) if len(pulls) > 1 else []
     return [*_best(alone), *_best(together)]
 
@@ -200,7 +202,7 @@ def _best(moments: Sequence[tuple[float, _Moment]]) -> list[_Moment]:
 
 
 def _outstanding(
-    pull: FloatArray, times: int | None, first: float, interval: float
+    pull: FloatArray, recording: int | None, first: float, interval: float
 ) -> list[tuple[float, _Moment]]:
     """For each duration the moment that stands out most, and its square over the mean square."""
     total = np.concatenate([[0.0], np.cumsum(pull)])
@@ -211,6 +213,6 @@ def _outstanding(
         mean = float(np.mean(squares)) if len(squares) else 0.0
         if mean > 0.0:
             place = int(np.argmax(squares))
-            moment = _Moment(times, first + place * interval, rows * interval)
+            moment = _Moment(recording, first + place * interval, rows * interval)
             found.append((float(squares[place]) / mean, moment))
     return found

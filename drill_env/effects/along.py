@@ -23,12 +23,14 @@ class Motion:
         u: held voltages, V, shape (n,).
         states: twist, omega_u, omega_l, theta_l and both accelerations, shape (n, 6).
         restarts: rows after a gap, and row 0; shape (m,).
+        recording: fingerprint of the recording it was told by, see `Recording.fingerprint`.
     """
 
     t: FloatArray
     u: FloatArray
     states: FloatArray
     restarts: IntArray
+    recording: int = 0
 
 
 def response_along(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias
@@ -96,6 +97,13 @@ class Recording:
         """The channels present, t among them."""
         values: dict[Channel, FloatArray | None] = {c: getattr(self, c) for c in _CHANNELS}
         return {name: value for name, value in values.items() if value is not None}
+
+    def fingerprint(self) -> int:
+        """A number that copies of the recording share and other recordings do not."""
+        mark = 0
+        for values in self.channels().values():
+            mark = zlib.crc32(values.tobytes(), mark)
+        return mark
 
     def angles(self) -> dict[Channel, FloatArray]:
         """The angle channels present."""
