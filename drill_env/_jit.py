@@ -32,8 +32,9 @@ _OPTIONS: dict[str, Any] = {
     # Kernels allocate nothing, so they need no reference counts; counting them took
     # two thirds of the time of a step.
     "_nrt": False,
-    # Fused multiply-add only: no reordering, so NaN and inf keep their meaning.
-    "fastmath": {"contract"},
+    # Not even fused multiply-add: which products are fused depends on what a function was linked
+    # with, so that code from the cache would round otherwise than code just compiled.
+    "fastmath": False,
     "no_cfunc_wrapper": True,
 }
 # What Python never calls needs no wrapper; those took half of the time to compile.
