@@ -154,8 +154,12 @@ def test_demo_runs_the_main_job(ok, tmp_path):
     assert report["simulation"]["omega_l_max"] == pytest.approx(13.0474, abs=1e-3)
     free = {(r["controller"], r["start"]): r["vibration_free"] for r in report["comparison"]}
     assert free["active-damping", "limit_cycle"] == 12 > 1 == free["pi", "rest"]
-    assert report["recording"]["real"] is False
-    for name in ("simulation.png", "compare/compare.png", "recording.png", "identified-rig.toml"):
+    (found,) = report["detective"]["effects"]
+    assert found["id"] == report["detective"]["hidden"]["id"] == "brake_runout"
+    for name, number in found["parameters"].items():
+        assert number["low"] < report["detective"]["hidden"][name] < number["high"]
+    assert "recording" not in report
+    for name in ("simulation.png", "compare/compare.png", "detective/index.html"):
         assert (tmp_path / "out" / name).stat().st_size > 0
 
 

@@ -1,4 +1,4 @@
-"""The main job from end to end: simulate, compare, identify."""
+"""The main job from end to end: simulate, compare, find a hidden effect."""
 
 from __future__ import annotations
 
@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from drill_env.cli._common import JsonOption, output_folder, print_json, remarks
+from drill_env.cli._common import (
+    JsonOption,
+    output_folder,
+    print_json,
+    progress_bar,
+    remarks,
+    stages,
+)
+from drill_env.cli._demo_detective import detective_lines, find_hidden_effect
 from drill_env.parameters import Rig
 
 if TYPE_CHECKING:
@@ -26,22 +34,27 @@ def demo_command(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Run the main job: the rig simulated, controllers compared, a recording identified.
+    """Run the main job: the rig simulated, controllers compared, a hidden effect found.
 
-    Without --recordings the recording is simulated too, and the output says so. The real
-    one is the EMPS benchmark of nonlinearbenchmark.org.
+    With --recordings a real axis is identified too: the EMPS benchmark of
+    nonlinearbenchmark.org.
     """
     from drill_env._files import make_folder
 
-    with remarks():
+    with remarks(), progress_bar() as bar:
+        tell_stage = stages(bar)
         # A wrong folder is told at once and leaves nothing behind.
         real = None if recordings is None else _emps(recordings)
         folder = make_folder(output_folder(out))
+        tell_stage("simulating the rig")
         report: dict[str, Any] = {"simulation": _simulate(folder)}
+        tell_stage("comparing controllers")
         report["comparison"] = _compare(folder)
         report["comparison_files"] = [folder / "compare" / f"compare.{e}" for e in ("csv", "png")]
-        found = _identify(folder, *(real or _stage_ones(folder)))
-        report["recording"] = {"real": real is not None, **found}
+        report["detective"] = find_hidden_effect(folder / "detective", tell_stage)
+        if real is not None:
+            tell_stage("identifying a real axis")
+            report["recording"] = _identify(folder, *real)
     if as_json:
         print_json(report)
         return
@@ -111,33 +124,8 @@ def _emps(folder: Path) -> tuple[Recording, list[Recording], float]:
     return fit, held, fit.constant("gtau")
 
 
-def _stage_ones(out: Path) -> tuple[Recording, list[Recording], float]:
-    paper = Rig.paper()
-    fit, *held = (_stage_one(out / f"stage-1-{seed}.csv", paper, seed) for seed in (1, 2))
-    return fit, held, paper.km
-
-
-def _stage_one(path: Path, paper: Rig, seed: int) -> Recording:
-    """A simulated recording of the upper disc alone, through an encoder."""
-    import numpy as np
-
-    from drill_env._tables import write_table
-    from drill_env.cli.simulate_command import run_table
-    from drill_env.integrator import sampled_voltage, simulate
-    from drill_env.recordings import read_recording
-
-    upper = Rig.one_inertia(
-        km=paper.km, Ju=paper.Ju, Tsu=paper.Tsu, dTsu=paper.dTsu, bu=paper.bu, dbu=paper.dbu
-    )
-    levels = np.random.default_rng(seed).uniform(-5.0, 5.0, 100)
-    drive = sampled_voltage(0.5 * np.arange(101.0), levels)
-    run = simulate(upper, drive, 50.0, rate=1000.0)
-    write_table(run_table(run, 65536)[["t", "u", "theta_u"]], path)
-    return read_recording(path, need=("u", "theta_u"))
-
-
 def _lines(report: dict[str, Any]) -> Iterator[str]:
-    run, found = report["simulation"], report["recording"]
+    run, found = report["simulation"], report.get("recording")
     yield (
         f"1. Simulation at {run['volts']} V, {run['seconds']:g} s: omega_l between "
         f"{run['omega_l_min']:.3f} and {run['omega_l_max']:.3f} rad/s, {run['reversals']} reversals"
@@ -151,12 +139,14 @@ def _lines(report: dict[str, Any]) -> Iterator[str]:
             f"{row['median_severity_index']:.3f})"
         )
     yield f"   -> {', '.join(map(str, report['comparison_files']))}"
-    kind = "real (EMPS)" if found["real"] else "SIMULATED: give --recordings for a real one"
-    yield f"3. Recording, {kind}; one inertia identified:"
+    yield from detective_lines(report["detective"])
+    if found is None:
+        return
+    yield "4. A real axis (EMPS), one inertia identified:"
     for name, value in found["estimates"].items():
         yield f"   {name:<12} {value:.6g}"
     for label in ("fit_errors", "holdout_errors"):
         for source, share in found[label].items():
             name = "fitted" if label == "fit_errors" else "held out"
-            yield f"   left-over force error, {name} {Path(source).name}: {share:.2%}"
+            yield f"   residual force, {name} {Path(source).name}: {share:.2%}"
     yield f"   -> {found['rig_file']}, {found['picture']}"

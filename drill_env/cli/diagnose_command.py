@@ -115,7 +115,7 @@ def diagnose_command(
         report = stages(bar)
         found = diagnose(recordings.fit, start, recordings.holdout, options=options, report=report)
         report("writing the report")
-        _write(found, out)
+        write_diagnosis(found, out)
     if as_json:
         print_json(found.result.as_dict())
         return
@@ -141,7 +141,8 @@ def _start(path: Path | None, law: Law | None) -> Rig:
     return start.replace(friction="stribeck", Tsl=0.08, T1=-0.05, beta1=0.3, bl=0.002)
 
 
-def _write(found: Diagnosis, out: Path) -> None:
+def write_diagnosis(found: Diagnosis, out: Path) -> None:
+    """Write the page, all numbers and the extended rig into a folder."""
     from drill_env.report.diagnosis_page import diagnosis_page
 
     page = diagnosis_page(found)

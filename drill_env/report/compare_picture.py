@@ -14,9 +14,12 @@ from drill_env._files import replacing
 from drill_env.benchmark import open_loop_diagram
 from drill_env.benchmark.measures import vibration_free
 from drill_env.parameters import Rig
+from drill_env.report.compare_map import compare_map
 
 _BAD, _GOOD = "#c0392b", "#1f5fa8"
 _GRID_POINTS = 121
+MOST_BARS = 4
+"""Most controllers whose bars are drawn, a column each: more would be too small to read."""
 
 
 def _diagram(axes: Any, loop: pd.DataFrame) -> None:
@@ -79,6 +82,8 @@ def compare_figure(runs: pd.DataFrame, rig: Rig, limit: float) -> Figure:
 
 
 def save_compare_picture(runs: pd.DataFrame, rig: Rig, limit: float, path: Path) -> None:
-    """Write the picture of a comparison."""
+    """Write the picture of a comparison: bars for a few controllers, a map for many."""
+    many = runs.controller.nunique() > MOST_BARS
+    figure = compare_map(runs) if many else compare_figure(runs, rig, limit)
     with replacing(path) as temporary:
-        compare_figure(runs, rig, limit).savefig(temporary, dpi=130, format="png")
+        figure.savefig(temporary, dpi=130, format="png")
