@@ -12,12 +12,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
 from llvmlite import ir
-from numba import njit, types
-from numba.core import event
+from numba import from_dtype, njit, types
+from numba.core import cgutils, event
 from numba.core.dispatcher import Dispatcher
 from numba.core.typing.templates import signature as typed
 from numba.extending import intrinsic
+from numba.np import arrayobj
 
 from drill_env._compiling import Compiling, announce
 
@@ -52,7 +54,16 @@ def _compiled(function: Callable[..., Any], **options: Any) -> Any:
     if kept is not None:
         # Numba looks at the function's own file alone, but links what others hold.
         kept._source_stamp = (kept._source_stamp, _package_stamp())
+        kept._load_index = functools.partial(_known, kept._load_index)
     return made
+
+
+def _known(load: Callable[[], Any]) -> Any:
+    """What the cache holds; nothing where it names modules of an older version."""
+    try:
+        return load()
+    except (ImportError, AttributeError):
+        return {}
 
 
 @functools.cache
@@ -191,3 +202,59 @@ def unit(signature: Any) -> Callable[[Callable[..., Any]], Unit]:
         signature: of numba, `result(arguments)`.
     """
     return lambda function: Unit(function, signature, caller(signature))
+
+
+@intrinsic
+def _address_of(context: Any, array: Any) -> Any:
+
+    def generate(context: Any, builder: Any, kind: Any, values: Any) -> Any:
+        data = arrayobj.make_array(kind.args[0])(context, builder, values[0]).data
+        return builder.ptrtoint(data, cgutils.intp_t)
+
+    return types.int64(array), generate
+
+
+address_of: Any = _address_of
+"""For kernels: `address_of(array)`, where the first element of an array lies."""
+
+
+def placed(kind: Any) -> Any:
+    """For kernels: `at(address, i)`, the record or number of a type that is i places on.
+
+    Args:
+        kind: of NumPy; a record is the memory itself, a number is read.
+    """
+    made, size = from_dtype(np.dtype(kind)), np.dtype(kind).itemsize
+
+    @intrinsic
+    def at(context: Any, address: Any, i: Any) -> Any:
+        def generate(context: Any, builder: Any, _: Any, values: Any) -> Any:
+            place = builder.add(
+                values[0], builder.mul(values[1], ir.Constant(cgutils.intp_t, size))
+            )
+            if isinstance(made, types.Record):
+                return builder.inttoptr(place, context.get_value_type(made))
+            return builder.load(builder.inttoptr(place, context.get_data_type(made).as_pointer()))
+
+        return made(types.int64, types.int64), generate
+
+    return at
+
+
+number_at, whole_at = placed("f8"), placed("i8")
+
+
+def _storing(kind: Any) -> Any:
+    @intrinsic
+    def store(context: Any, address: Any, i: Any, value: Any) -> Any:
+        def generate(context: Any, builder: Any, _: Any, values: Any) -> Any:
+            place = builder.inttoptr(values[0], context.get_data_type(kind).as_pointer())
+            builder.store(values[2], builder.gep(place, [values[1]]))
+            return context.get_dummy_value()
+
+        return types.none(types.int64, types.int64, kind), generate
+
+    return store
+
+
+store_number, store_whole = _storing(types.float64), _storing(types.int64)

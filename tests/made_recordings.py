@@ -9,6 +9,7 @@ import numpy as np
 from benchmarks.concealed.recordings import Hidden, Truth, make_recording
 from benchmarks.rig_maker import quasi_random
 from drill_env import Rig
+from drill_env.integrator import sampled_voltage, simulate
 from drill_env.parameters import SYMBOLS
 from drill_env.recordings import Recording
 
@@ -28,3 +29,12 @@ def made(
         found.t, found.u, found.angles[:, 0], found.angles[:, 1],
         quanta={"theta_u": STEP, "theta_l": STEP}, source=f"made-{seed[-1]}",
     )  # fmt: skip
+
+
+def played(rig, t, u, initial, **options):
+    """States and readings of a simulation through a sampled voltage, at its samples."""
+    run = simulate(
+        rig, sampled_voltage(t, u), float(t[-1] - t[0]), t_start=float(t[0]), t_eval=t,
+        initial=initial, method="dopri5", rtol=1e-9, atol=1e-11, **options,
+    )  # fmt: skip
+    return run.state, run.readings

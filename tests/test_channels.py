@@ -28,9 +28,9 @@ from drill_env.identification.replay import replay
 from drill_env.identification.samples import prepare
 from drill_env.identification.screening import findings
 from drill_env.identification.smoothing import slopes_of, smoothed
-from drill_env.integrator.extended import run_extended
 from drill_env.parameters import SYMBOLS
 from drill_env.recordings import Recording, RecordingWarning, parse_map, read_folder, read_recording
+from tests.made_recordings import played as run_played
 
 STEP, RATE = 2.0 * math.pi / 8192, 200.0
 NOISE = NoiseModel(torque_u=0.05, torque_l=5e-3, speed_u=0.03, speed_l=0.04)
@@ -151,7 +151,7 @@ def played(effects, names, count=3, *, km=None, sigma=0.02):
     for seed in range(count):
         u = quasi_random(np.random.default_rng([seed, 1]), 20.0, RATE, 5.0)
         t = np.arange(len(u)) / RATE
-        state, angles = run_extended(rig, t, u, np.zeros(4))
+        state, angles = run_played(rig, t, u, np.zeros(4))
         runs.append(read(names, t, u, angles, state[:, 1:3], km=km, sigma=sigma, seed=seed))
     return runs
 

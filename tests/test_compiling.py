@@ -103,3 +103,26 @@ def test_a_changed_file_makes_all_compiled_code_stale(monkeypatch):
     monkeypatch.undo()
     _jit._package_stamp.cache_clear()
     assert _jit._package_stamp() == stamp
+
+
+def test_a_cache_that_names_modules_of_an_older_version_is_stale(tmp_path):
+    """Its index is a pickle, which cannot be read when a module is gone."""
+    script = tmp_path / "old_kernel.py"
+    lines = [
+        "from drill_env._jit import entry",
+        "",
+        "@entry",
+        "def double(x):",
+        "    return 2.0 * x",
+    ]
+    run = "\nprint(double(3.0))\n"
+    script.write_text("\n".join(lines) + run, "utf-8")
+    command = [sys.executable, str(script)]
+    assert subprocess.run(command, capture_output=True, check=True).stdout == b"6.0\n"
+    (index,) = tmp_path.rglob("*.nbi")
+    with index.open("rb") as file:
+        pickle.load(file)
+        version = index.read_bytes()[: file.tell()]
+    index.write_bytes(version + b"cgone_module\nkernel\n.")
+    again = subprocess.run(command, capture_output=True, check=False)
+    assert again.stdout == b"6.0\n", again.stderr

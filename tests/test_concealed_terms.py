@@ -34,7 +34,7 @@ from drill_env.effects import LIBRARY
 from drill_env.effects.along import Motion, response_along
 from drill_env.parameters import Rig
 
-DT, ROWS, SUBSTEPS = 2e-3, 5000, 1
+DT, ROWS, SUBSTEPS = 2e-3, 5000, 4
 FAULTS = {
     "clock_jitter": {"jitter"}, "missing_samples": {"share"}, "lost_encoder_bits": {"bits"},
     "missed_counts_upper": {"size", "rate"}, "missed_counts_lower": {"size", "rate"},

@@ -36,9 +36,9 @@ from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 from drill_env.identification.initial_state import state_at
 from drill_env.identification.samples import prepare
-from drill_env.integrator.extended import run_extended
 from drill_env.parameters import SYMBOLS
 from drill_env.recordings import Recording
+from tests.made_recordings import played
 
 STEP = 2.0 * math.pi / 8192
 BARE = DiagnosisOptions(leave_out=(*LIBRARY, *OUTSIDE), most=0)
@@ -170,7 +170,7 @@ def test_the_mismatch_is_strongest_where_its_torque_is_largest():
 
 def test_the_document_of_recorded_velocities_follows_its_schema():
     run = recorded(6)
-    states, _ = run_extended(Rig(), run.t, run.channel("u"), np.zeros(4))
+    states, _ = played(Rig(), run.t, run.channel("u"), np.zeros(4))
     noise = np.random.default_rng(0).normal(0.0, 0.02, (len(run), 2))
     speeds = replace(
         run, theta_u=None, theta_l=None, quanta={},
@@ -189,9 +189,7 @@ def test_noise_of_torque_passes_a_drive_that_is_at_its_limit():
     t = np.arange(0.0, 15.0, 0.005)
     floors = []
     for volts, terms in ((4.0, (level,)), (2.0, ())):
-        states, angles = run_extended(
-            extended_rig(Rig(), terms), t, np.full(len(t), volts), np.zeros(4)
-        )
+        states, angles = played(extended_rig(Rig(), terms), t, np.full(len(t), volts), np.zeros(4))
         read = np.round(angles / STEP) * STEP
         run = Recording(t, np.full(len(t), volts), read[:, 0], read[:, 1],
                         quanta={"theta_u": STEP, "theta_l": STEP})  # fmt: skip

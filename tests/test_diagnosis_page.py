@@ -26,10 +26,10 @@ from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.result import Located, NamedEffect, NextExperiment, Number, digits_of
 from drill_env.diagnosis.schema import schema
 from drill_env.effects import LIBRARY
-from drill_env.integrator.extended import run_extended
 from drill_env.recordings import Recording
 from drill_env.recordings.signals import Signal, signal_samples
 from drill_env.report.diagnosis_page import diagnosis_page
+from tests.made_recordings import played
 
 pytestmark = pytest.mark.filterwarnings("ignore::drill_env.integrator.NegativeFrictionWarning")
 STEP = 2.0 * math.pi / 8192
@@ -55,7 +55,7 @@ def recorded(seed: int, name: str) -> Recording:
     }  # fmt: skip
     rig = Rig.paper().replace(effects=(UNBALANCE, pull))
     push = noise(rng, 0.02, 0.1, len(t), 0.01) / rig.km
-    angles = STEP * np.round(run_extended(rig, t, u + push, np.zeros(4))[1] / STEP)
+    angles = STEP * np.round(played(rig, t, u + push, np.zeros(4))[1] / STEP)
     quanta = {"theta_u": STEP, "theta_l": STEP}
     return Recording(t, u, angles[:, 0], angles[:, 1], source=name, quanta=quanta)
 

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from drill_env.diagnosis.late import on_time, telling
-from drill_env.effects.along import Motion
-from drill_env.effects.remembered import memories_along
-from drill_env.integrator.extended import run_extended, substep_counts
+from drill_env.effects.along import Motion, inner_states
+from drill_env.effects.steady import acting
+from drill_env.integrator.resume import resume
 from drill_env.parameters import Rig
+from tests.made_recordings import played
 
 _EFFECTS = {
     "motor_heating": {"loss": 0.2, "time_constant": 8.0},
@@ -28,7 +29,7 @@ _T = np.arange(4001) * 0.005
 
 
 def _motion(rig: Rig, u: np.ndarray) -> tuple[Motion, np.ndarray]:
-    states, readings = run_extended(rig, _T, u, np.array([0.3, 2.0, 2.0, 0.0]))
+    states, readings = played(rig, _T, u, np.array([0.3, 2.0, 2.0, 0.0]))
     rates = np.gradient(states[:, 1:3], _T, axis=0)
     return Motion(_T, u, np.hstack([states, rates]), np.array([0])), readings
 
@@ -40,9 +41,9 @@ def test_a_run_goes_on_as_if_it_had_not_been_cut(name):
     motion, readings = _motion(rig, u)
     row = 2130
     part = slice(row, row + 800)
-    memory = memories_along(rig, motion, substep_counts(rig, _T), np.array([row]))[0]
-    _, on = run_extended(rig, _T[part], u[part], motion.states[row, :4], memories=memory)
-    _, anew = run_extended(rig, _T[part], u[part], motion.states[row, :4])
+    inner = inner_states(acting(rig), motion, np.array([row]))[0]
+    _, on = resume(rig, motion, part, inner)
+    _, anew = played(rig, _T[part], u[part], motion.states[row, :4])
     gap = np.abs(on - readings[part]).max()
     # The motion between its samples is taken as straight.
     assert gap < 1e-3
@@ -54,8 +55,7 @@ def test_memories_are_cleared_at_a_gap():
     rig = Rig().replace(effects=({"id": "wear", "loss": 0.3, "distance": 100.0},))
     motion, _ = _motion(rig, np.full(len(_T), 4.0))
     cut = Motion(motion.t, motion.u, motion.states, np.array([0, 1000]))
-    counts, rows = substep_counts(rig, _T), np.array([0, 1000, 1500])
-    kept = memories_along(rig, cut, counts, rows)[:, 0, 0]
+    kept = inner_states(rig, cut, np.array([0, 1000, 1500]))[:, 0]
     way = np.abs(np.diff(motion.states[1000:1501, 3])).sum()
     assert kept[:2].tolist() == [0.0, 0.0]
     assert kept[2] == pytest.approx(way, rel=1e-4)

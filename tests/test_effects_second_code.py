@@ -18,13 +18,12 @@ from benchmarks.concealed.sensors import Sensors, shown
 from benchmarks.concealed.terms import in_tool_terms
 from drill_env._types import FloatArray
 from drill_env.effects import LIBRARY
-from drill_env.integrator.extended import run_extended
 from drill_env.parameters import Rig
+from tests.made_recordings import played
 
 T: FloatArray = 5e-3 * np.arange(3001, dtype=np.float64)
 # Slow and fast, with reversals and rests.
 U: FloatArray = np.round(20.0 * (2.5 * np.sin(0.7 * T) + 1.5 * np.sin(2.3 * T))) / 20.0
-SUBSTEP = 2.5e-4
 # Of the effect: the supply's fast part, the brake that warms (see `terms`), a second mode's losses.
 NEARLY = {"supply_sag": 0.03, "friction_heating": 0.02, "string_inertia": 0.15}
 
@@ -55,7 +54,7 @@ def _maker(name: str | None) -> FloatArray:
 
 def _ours(effects: tuple[dict[str, object], ...]) -> FloatArray:
     rig = Rig(effects=effects)
-    return run_extended(rig, T[:-1], U[:-1], np.zeros(4), substep=SUBSTEP)[1]
+    return played(rig, T[:-1], U[:-1], np.zeros(4))[1]
 
 
 @pytest.fixture(scope="module")

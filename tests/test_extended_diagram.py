@@ -18,12 +18,11 @@ from drill_env.continuation.extended_equilibria import (
     equilibria,
     extended_branch,
     extended_hopf_points,
-    rates,
 )
 from drill_env.continuation.sweep import swept
 from drill_env.effects import LIBRARY
-from drill_env.effects.steady import steady_torques, unsteady
-from drill_env.integrator import simulate
+from drill_env.effects.steady import unsteady
+from drill_env.integrator import simulate, vector_field
 from drill_env.parameters import save_rig
 
 RIG = Rig()
@@ -62,13 +61,54 @@ def test_an_effect_that_is_a_parameter_moves_the_hopf_points_as_the_parameter_do
 ])  # fmt: skip
 def test_an_equilibrium_stays_where_it_is_simulated(entry):
     rig = RIG.replace(effects=(entry,))
-    volts, twist = equilibria(rig, np.array([30.0]))
-    state = np.array([twist[0], 30.0, 30.0])
-    np.testing.assert_allclose(rates(rig, volts, state[np.newaxis]), 0.0, atol=1e-9)
+    volts, states = equilibria(rig, np.array([30.0]))
+    np.testing.assert_allclose(vector_field(rig, volts, states), 0.0, atol=1e-9)
+    assert_stays(rig, float(volts[0]), states[0])
+
+
+def assert_stays(rig, volts, state):
     run = simulate(
-        rig, float(volts[0]), 2.0, initial=np.append(state, 0.0), modes=np.array([1, 1, 0])
-    )
-    np.testing.assert_allclose(run.state[:, :3], np.tile(state, (len(run.state), 1)), atol=1e-4)
+        rig, volts, 2.0, initial=np.append(state[:3], 0.0), modes=np.array([1, 1, 0]),
+        inner=state[3:],
+    )  # fmt: skip
+    np.testing.assert_allclose(run.state[:, :3], np.tile(state[:3], (len(run.state), 1)), atol=1e-6)
+    np.testing.assert_allclose(run.inner, np.tile(state[3:], (len(run.state), 1)), atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["string_creep", "friction_lag", "rate_state", "motor_heating",
+                                  "presliding", "friction_heating", "gear_compliance",
+                                  "string_inertia", "actuator_lag"])  # fmt: skip
+def test_effects_with_inner_states_have_equilibria_too(name):
+    entry = {p.name: p.grid[len(p.grid) // 2] for p in LIBRARY[name].parameters}
+    if name == "motor_heating":
+        # With the middle of its grid no voltage keeps this speed.
+        entry["loss"] = 0.02
+    rig = RIG.replace(effects=({"id": name, **entry},))
+    volts, states = equilibria(rig, np.array([10.0]))
+    assert_stays(rig, float(volts[0]), states[0])
+
+
+def test_lagged_friction_moves_the_hopf_point_as_its_transfer_function_says():
+    """The slope d becomes d/(1 + tau s): Hopf where the characteristic function is 0 at i w."""
+    from scipy.optimize import fsolve
+
+    from drill_env.friction import lower_curve_slope
+
+    tau = 0.05
+    rig = RIG.replace(effects=({"id": "friction_lag", "time_constant": tau},))
+
+    def characteristic(z):
+        omega, w = z
+        s, d = 1j * w, float(lower_curve_slope(RIG, omega))
+        upper = RIG.Ju * s * s + (RIG.bu + RIG.dbu) * s + RIG.ktheta
+        lower = RIG.Jl * s * s + d * s / (1.0 + tau * s) + RIG.ktheta
+        value = upper * lower - RIG.ktheta**2
+        return [value.real, value.imag]
+
+    for point in hopf_of(rig):
+        omega, w = fsolve(characteristic, [point.omega, point.frequency], xtol=1e-13)
+        assert (point.omega, point.frequency) == pytest.approx((omega, w), rel=1e-5)
+    assert len(hopf_of(rig)) == 2
 
 
 def test_the_sweep_finds_both_attractors_between_the_fold_and_the_hopf_point():
@@ -95,26 +135,36 @@ def test_linearisation_and_sweep_agree_on_where_vibration_begins():
     assert list(found.kind) == ["equilibrium", "cycle", "cycle", "equilibrium"]
 
 
-def test_effects_that_remember_are_swept_alone():
-    rig = RIG.replace(effects=({"id": "actuator_lag", "time_constant": 0.05},))
+def test_effects_that_follow_an_angle_are_swept_alone():
+    rig = RIG.replace(effects=({"id": "unbalance", "torque": 0.01, "phase": 0.0},))
     found = extended_diagram(rig, 4.0, step=2.0)
-    assert found.equilibria is None and not found.hopf and "actuator_lag" in found.remarks[0]
+    assert found.equilibria is None and not found.hopf and "unbalance" in found.remarks[0]
     assert list(found.attractors.kind[:3]) == ["rest", "cycle", "cycle"]
     assert set(extended_table(found).branch) == {"up", "down"}
 
 
-def test_every_effect_is_steady_or_said_to_be_not():
-    """Steady ones answer the same whatever came before."""
-    for name, effect in LIBRARY.items():
-        if not effect.steady:
-            continue
-        q = {p.name: min(max(p.grid[0], p.low), p.high) for p in effect.parameters}
-        rig = RIG.replace(effects=({"id": name, **q},))
-        assert unsteady(rig) == []
-        states = np.array([[1.0, 5.0, 4.0], [-0.5, 0.2, 0.3], [1.0, 5.0, 4.0]])
-        torques = steady_torques(rig, np.full(3, 2.0), states)
-        np.testing.assert_array_equal(torques[0], torques[2])
-        assert np.any(torques != 0.0)
+MOVING = [n for n, e in LIBRARY.items() if not e.senses]
+
+
+@pytest.mark.parametrize("name", MOVING)
+def test_autonomous_is_what_moves_alike_at_any_time_and_angle(name):
+    effect = LIBRARY[name]
+    q = {p.name: p.grid[len(p.grid) // 2] for p in effect.parameters}
+    rig = RIG.replace(effects=({"id": name, **q},))
+    if "time" in q:
+        rig = RIG.replace(effects=({"id": name, **q, "time": 3.0},))
+    start, times = np.array([1.0, 3.0, 4.0, 0.0]), np.arange(41) * 0.1
+    runs = [
+        simulate(rig, 3.0, 4.0, t_start=t, t_eval=t + times, initial=start + [0, 0, 0, angle])
+        for t, angle in ((0.0, 0.0), (2.3, 1.0))
+    ]
+    gap = np.abs(runs[0].state[:, :3] - runs[1].state[:, :3]).max()
+    # These two forget nothing, and begin anew with each run.
+    if effect.autonomous or name in ("wear", "string_hysteresis"):
+        assert gap < 1e-7
+        assert effect.autonomous == (unsteady(rig) == [])
+    else:
+        assert gap > 1e-6
 
 
 def test_the_command_draws_it_and_says_what_it_does_not(tmp_path):

@@ -22,9 +22,9 @@ from drill_env.effects import LIBRARY
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.prediction_error import path_of
 from drill_env.identification.samples import Samples, prepare
-from drill_env.integrator.extended import run_extended
 from drill_env.parameters import SYMBOLS
 from drill_env.recordings import Recording
+from tests.made_recordings import played as run_played
 
 QUANTUM = 2.0 * math.pi / 8192
 # Torques that nobody knows are next to none: what is predicted wrong shows.
@@ -52,7 +52,7 @@ def played(name: str, family: str = "chirp") -> Samples:
     t = 5e-3 * np.arange(len(u))
     names = [p.name for p in LIBRARY[name].parameters]
     rig = Rig(effects=({"id": name, **dict(zip(names, NUMBERS[name], strict=True))},))
-    angles = run_extended(rig, t, u, np.zeros(4), substep=2.5e-4)[1]
+    angles = run_played(rig, t, u, np.zeros(4))[1]
     angles = np.round(angles / QUANTUM) * QUANTUM
     quanta = dict.fromkeys(("theta_u", "theta_l"), QUANTUM)
     samples = prepare(Recording(t, u, angles[:, 0], angles[:, 1], quanta=quanta), Rig())
@@ -133,7 +133,7 @@ def test_a_stronger_hold_is_sought_by_the_likelihood_itself():
 def test_a_disc_that_never_rests_says_nothing_of_its_hold():
     t = 5e-3 * np.arange(4001)
     u = 5.0 * np.minimum(t, 1.0)
-    angles = run_extended(Rig(), t, u, np.array([0.0, 2.0, 2.0, 0.0]))[1]
+    angles = run_played(Rig(), t, u, np.array([0.0, 2.0, 2.0, 0.0]))[1]
     samples = prepare(Recording(t, u, angles[:, 0], angles[:, 1]), Rig())
     setting, base = setting_of(samples)
     assert best_at_rest(ground_at(setting, base), Named(LIBRARY["dwell_stiction"])) is None
@@ -142,9 +142,9 @@ def test_a_disc_that_never_rests_says_nothing_of_its_hold():
 def test_presliding_yields_below_the_brakes_torque_and_springs_back():
     t = 1e-2 * np.arange(1001)
     start = np.array([0.5 * Rig().Tsl / Rig().ktheta, 0.0, 0.0, 0.0])
-    held, _ = run_extended(Rig(), t, np.zeros_like(t), start)
+    held, _ = run_played(Rig(), t, np.zeros_like(t), start)
     yielding = Rig(effects=({"id": "presliding", "distance": 0.02},))
-    sprung, _ = run_extended(yielding, t, np.zeros_like(t), start)
+    sprung, _ = run_played(yielding, t, np.zeros_like(t), start)
     assert not held[:, 3].any()
     # Dahl's curve says how far it goes when it goes there slowly; here it swings beyond that.
     rest = -0.02 * math.log(1.0 - 0.5)

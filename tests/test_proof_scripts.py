@@ -21,9 +21,9 @@ from benchmarks.concealed.recordings import Hidden, Truth, make_recording
 from benchmarks.concealed.signals import signal
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.identification.coordinates import Coordinates
-from drill_env.integrator.extended import run_extended
 from drill_env.parameters import Rig
 from drill_env.recordings import read_recording
+from tests.made_recordings import played
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -162,7 +162,7 @@ def test_the_true_structure_at_the_held_scale_moves_as_the_concealed_rig(name: s
     rig, scale = oracle.true_rig(HEAVY, Rig.paper())
     term = oracle.true_term(told, HEAVY, scale)
     assert term is not None and rig.Ju == Rig.paper().Ju
-    _, angles = run_extended(extended_rig(rig, [term]), times[:-1], u, np.zeros(4))
+    _, angles = played(extended_rig(rig, [term]), times[:-1], u, np.zeros(4))
     bare = play(plant_record(HEAVY), u, times).states
     moved = np.abs(truth[:, ::2] - bare[:, ::2]).max()
     assert np.abs(angles - truth[:, ::2]).max() < 0.01 * moved

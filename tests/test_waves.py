@@ -15,9 +15,8 @@ from drill_env.diagnosis.terms import Term
 from drill_env.diagnosis.waves import free_waves
 from drill_env.effects import LIBRARY
 from drill_env.effects.along import Motion, response_along
-from drill_env.integrator.extended import run_extended
 from drill_env.report.diagnosis_page import diagnosis_page
-from tests.made_recordings import made
+from tests.made_recordings import made, played
 
 RIG = Rig().replace(km=3.66, bu=2.03, ktheta=0.0765, Tsl=0.0096, beta1=6.5)
 KEPT = {"friction_warmup", "quadratic_drag", "string_damping"}
@@ -94,7 +93,7 @@ def test_a_wave_acts_and_runs_as_the_effect_of_its_formula(name):
     entry = dict(zip([p.name for p in wave.effect.parameters], q.tolist(), strict=True))
     named = Rig().replace(effects=({"id": NAMES[name], **entry},))
     free = Rig().replace(effects=(declaration(Term(wave, q)),))
-    plain, truth, ours = (run_extended(r, t, u, np.zeros(4))[1] for r in (Rig(), named, free))
+    plain, truth, ours = (played(r, t, u, np.zeros(4))[1] for r in (Rig(), named, free))
     moved = np.abs(truth - plain).max()
     assert np.abs(ours - truth).max() < 5e-3 * moved
     states = np.hstack([np.cumsum(np.ones((len(t), 4)), axis=0) * 0.01, np.zeros((len(t), 2))])
@@ -115,7 +114,7 @@ def test_a_wave_of_the_string_acts_on_both_discs_against_each_other():
     t = np.arange(2001) * 0.005
     u = 4.0 + np.sin(t)
     plain, one, two = (
-        run_extended(Rig().replace(effects=e), t, u, np.zeros(4))[1]
+        played(Rig().replace(effects=e), t, u, np.zeros(4))[1]
         for e in ((), (string,), (upper, lower))
     )
     assert np.abs(one - two).max() < 1e-6 < 0.01 * np.abs(one - plain).max()
@@ -134,7 +133,7 @@ def test_friction_over_twist_runs_as_the_effect_of_its_formula():
     table = declaration(Term(shape, 0.3 * rig.ktheta * np.abs(np.array(shape.knots))))
     load = {"id": "load_dependent_friction", "coefficient": 0.3}
     plain, truth, ours = (
-        run_extended(r, t, u, np.zeros(4))[1]
+        played(r, t, u, np.zeros(4))[1]
         for r in (rig, rig.replace(effects=(load,)), rig.replace(effects=(table,)))
     )
     assert np.abs(ours - truth).max() < 0.02 * np.abs(truth - plain).max()

@@ -34,8 +34,7 @@ from drill_env.diagnosis.fit import prior_weight
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.friction import lower_curve_slope
 from drill_env.identification.coordinates import Coordinates, inverse
-from drill_env.integrator import NegativeFrictionWarning
-from drill_env.integrator.extended import run_extended
+from drill_env.integrator import NegativeFrictionWarning, simulate
 from drill_env.parameters import Rig
 from drill_env.recordings import read_recording
 
@@ -108,7 +107,7 @@ def shaken(answer: Mapping[str, Any], found: Rig, volts: float) -> dict[str, Any
     n = round(_SETTLE * _RATE)
     times, u = np.arange(n + 1) / _RATE, np.full(n, volts)
     truth = play(truth_of(answer).parts()[0], u, times).states[:, 3]
-    mine = run_extended(found, times[:-1], u, np.zeros(4))[0][:, 2]
+    mine = simulate(found, volts, float(times[-2]), t_eval=times[:-1], method="dopri5").omega_l
     out = {"volts": volts, "true": vibration(truth), "found": vibration(mine)}
     for name in ("true", "found"):
         seen = out[name]

@@ -17,7 +17,7 @@ from drill_env.continuation.extended_equilibria import extended_branch, extended
 from drill_env.continuation.hopf import HopfPoint
 from drill_env.continuation.special import SpecialPoint
 from drill_env.continuation.sweep import Progress, swept
-from drill_env.effects.steady import acting, unsteady
+from drill_env.effects.steady import acting, lasting, unsteady
 from drill_env.parameters import Rig
 
 _SPEEDS = 400
@@ -33,7 +33,7 @@ class ExtendedDiagram:
     Attributes:
         rig: parameters and effects.
         to_volts: end of the range, V.
-        equilibria: turning ones; None where an effect remembers, or follows time or an angle.
+        equilibria: turning ones; None where an effect follows time or an angle, or never forgets.
         hopf: Hopf points, by speed.
         attractors: what the rig settles on while the voltage is swept, of `swept`.
         points: Hopf points as special points.
@@ -72,16 +72,17 @@ def extended_diagram(
         raise InputError(
             f"to_volts is {to_volts} and step {step}: give a step above 0 V and below the end"
         )
-    moving, remembering = acting(rig), unsteady(rig)
+    moving, wandering = acting(rig), unsteady(rig)
     branch, hopf, remarks = None, (), ()
-    if remembering:
+    if wandering:
         remarks = (
             "equilibria and Hopf points are left out: "
-            f"{', '.join(remembering)} remember, or follow time or an angle",
+            f"{', '.join(wandering)} follow time or an angle, or never forget",
         )
     else:
-        branch = _branch(moving, to_volts)
-        hopf = tuple(extended_hopf_points(moving, branch, to_volts))
+        turning = lasting(rig)
+        branch = _branch(turning, to_volts)
+        hopf = tuple(extended_hopf_points(turning, branch, to_volts))
     volts = np.linspace(0.0, to_volts, math.ceil(to_volts / step) + 1)
     attractors = swept(moving, np.asarray(volts, dtype=np.float64), progress)
     if not attractors.settled.all():

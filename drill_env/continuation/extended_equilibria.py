@@ -10,8 +10,9 @@ from drill_env._types import ComplexArray, FloatArray
 from drill_env.continuation.equilibria import EquilibriumBranch
 from drill_env.continuation.hopf import HopfPoint, eigenpairs, solve_complex
 from drill_env.dynamics import equilibrium_voltage
-from drill_env.effects.steady import cornered, steady_torques
+from drill_env.effects.steady import cornered
 from drill_env.friction import lower_curve
+from drill_env.integrator import first_inner, vector_field
 from drill_env.parameters import Rig
 
 _NEWTON, _CLOSED = 40, 1e-11
@@ -19,72 +20,50 @@ _NEWTON, _CLOSED = 40, 1e-11
 _STEP, _CURVED = 1e-6, 3e-3
 
 
-def rates(rig: Rig, volts: FloatArray, states: FloatArray) -> FloatArray:
-    """Rates of (twist, omega_u, omega_l), equation (4) with effects, both discs turning forward.
-
-    Args:
-        rig: parameters and effects.
-        volts: V, shape (n,).
-        states: twist (rad), omega_u, omega_l (rad/s) > 0, shape (n, 3).
-
-    Returns:
-        Shape (n, 3).
-    """
-    twist, upper, lower = states.T
-    torques = steady_torques(rig, volts, states)
-    friction = rig.Tsu + rig.dTsu + (rig.bu + rig.dbu) * upper
-    pull = rig.ktheta * twist
-    return np.column_stack(
-        [
-            upper - lower,
-            (rig.km * volts - pull - friction + torques[:, 0]) / rig.Ju,
-            (pull - lower_curve(rig, lower) + torques[:, 1]) / rig.Jl,
-        ]
-    )
-
-
 def equilibria(rig: Rig, omega: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Voltages and twists at which both discs turn at given speeds.
+    """Voltages and states at which both discs turn at given speeds.
 
     Args:
         rig: parameters and effects.
         omega: rad/s > 0, shape (n,).
 
     Returns:
-        V and rad, each of shape (n,); NaN where no voltage keeps the speed.
+        V, shape (n,), and twist, omega_u, omega_l and the effects' inner states, shape (n, 3 + m);
+        NaN where no voltage keeps the speed.
     """
     volts = np.array(equilibrium_voltage(rig, omega), dtype=np.float64)
     twist = np.asarray(lower_curve(rig, omega), dtype=float) / rig.ktheta
-    sizes = np.array([1.0 / rig.Ju, 1.0 / rig.Jl])
-    gap = np.full((len(omega), 2), np.inf)
+    plain = np.column_stack([twist, omega, omega, np.zeros(len(omega))])
+    inner = [first_inner(rig, v, y) for v, y in zip(volts.tolist(), plain, strict=True)]
+    states = np.column_stack([plain[:, :3], np.array(inner).reshape(len(omega), -1)])
+    free = [0, *range(3, states.shape[1])]
+    gap = np.full((len(omega), len(free) + 1), np.inf)
     for _ in range(_NEWTON):
-        gap = _unbalance(rig, volts, twist, omega) / sizes
-        by_volts = (_unbalance(rig, volts + _STEP, twist, omega) / sizes - gap) / _STEP
-        by_twist = (_unbalance(rig, volts, twist + _STEP, omega) / sizes - gap) / _STEP
-        matrices = np.stack([by_volts, by_twist], axis=2)
-        singular = np.abs(np.linalg.det(matrices)) < 1e-14
-        matrices[singular] = np.eye(2)
+        gap = vector_field(rig, volts, states)[:, 1:]
+        columns = [(vector_field(rig, volts + _STEP, states)[:, 1:] - gap) / _STEP]
+        for place in free:
+            moved = states.copy()
+            moved[:, place] += _STEP
+            columns.append((vector_field(rig, volts, moved)[:, 1:] - gap) / _STEP)
+        matrices = np.stack(columns, axis=2)
+        singular = ~(np.linalg.cond(matrices) < 1e12)
+        matrices[singular] = np.eye(len(free) + 1)
         move = np.linalg.solve(matrices, gap[:, :, np.newaxis])[:, :, 0]
         move[singular] = 0.0
         volts = np.asarray(volts - move[:, 0], dtype=np.float64)
-        twist = np.asarray(twist - move[:, 1], dtype=np.float64)
+        states[:, free] -= move[:, 1:]
         if np.abs(gap[~singular]).max(initial=0.0) < _CLOSED:
             break
-    lost = np.abs(gap).max(axis=1) > 1e-8
-    return np.where(lost, np.nan, volts), np.where(lost, np.nan, twist)
-
-
-def _unbalance(rig: Rig, volts: FloatArray, twist: FloatArray, omega: FloatArray) -> FloatArray:
-    return rates(rig, volts, np.column_stack([twist, omega, omega]))[:, 1:]
+    lost = ~(np.abs(gap).max(axis=1) < 1e-8)
+    return np.where(lost, np.nan, volts), np.where(lost[:, np.newaxis], np.nan, states)
 
 
 def jacobians(rig: Rig, volts: FloatArray, states: FloatArray) -> FloatArray:
-    """Linearisations around states, shape (n, 3, 3)."""
+    """Linearisations around states, shape (n, 3 + m, 3 + m)."""
     columns = []
-    for i in range(3):
-        step = _STEP * np.eye(3)[i]
-        ahead, behind = rates(rig, volts, states + step), rates(rig, volts, states - step)
-        columns.append((ahead - behind) / (2.0 * _STEP))
+    for step in _STEP * np.eye(states.shape[1]):
+        ahead = vector_field(rig, volts, states + step)
+        columns.append((ahead - vector_field(rig, volts, states - step)) / (2.0 * _STEP))
     return np.stack(columns, axis=2)
 
 
@@ -95,13 +74,15 @@ def extended_branch(rig: Rig, omega: FloatArray) -> EquilibriumBranch:
         rig: parameters and effects, none of which `drill_env.effects.steady.unsteady` names.
         omega: rad/s, greater than the step of the differences, ascending, shape (n,).
     """
-    volts, twist = equilibria(rig, omega)
+    volts, states = equilibria(rig, omega)
     kept = np.isfinite(volts)
-    volts, twist, omega = volts[kept], twist[kept], omega[kept]
-    matrices = jacobians(rig, volts, np.column_stack([twist, omega, omega]))
+    volts, states, omega = volts[kept], states[kept], omega[kept]
+    matrices = jacobians(rig, volts, states)
     eigenvalues = np.asarray(np.linalg.eigvals(matrices), dtype=np.complex128)
     stable = np.asarray((eigenvalues.real < 0.0).all(axis=1))
-    return EquilibriumBranch(volts, omega, twist, -rig.Jl * matrices[:, 2, 2], eigenvalues, stable)
+    return EquilibriumBranch(
+        volts, omega, states[:, 0], -rig.Jl * matrices[:, 2, 2], eigenvalues, stable
+    )
 
 
 def extended_hopf_points(rig: Rig, branch: EquilibriumBranch, to_volts: float) -> list[HopfPoint]:
@@ -110,14 +91,13 @@ def extended_hopf_points(rig: Rig, branch: EquilibriumBranch, to_volts: float) -
     The first Lyapunov coefficient follows from differences too; it is NaN where an effect is a
     table, which has corners.
     """
-    margins = np.array([_margin(rig, w) for w in branch.omega.tolist()])
+    margins = np.array([_largest_pair(values) for values in branch.eigenvalues])
     found = []
     for i in np.flatnonzero(margins[:-1] * margins[1:] < 0.0).tolist():
         low, high = float(branch.omega[i]), float(branch.omega[i + 1])
-        omega = float(brentq(lambda w: _margin(rig, w), low, high, xtol=1e-12, rtol=1e-14))
-        matrix, volts, _ = _at(rig, omega)
-        # Two real eigenvalues of equal size are a neutral saddle, not an oscillation.
-        if volts <= to_volts and _polynomial(matrix)[1] > 0.0:
+        omega = float(brentq(lambda w: _growth(rig, w), low, high, xtol=1e-12, rtol=1e-14))
+        # Where a pair becomes real its growth jumps and is not zero.
+        if abs(_growth(rig, omega)) < 1e-6 and _at(rig, omega)[1] <= to_volts:
             found.append(_hopf_point(rig, omega))
     return found
 
@@ -128,30 +108,26 @@ def _at(rig: Rig, omega: float) -> tuple[FloatArray, float, FloatArray]:
     Raises:
         InputError: no voltage keeps the speed.
     """
-    volts, twist = equilibria(rig, np.array([omega]))
+    volts, states = equilibria(rig, np.array([omega]))
     if not np.isfinite(volts[0]):
         raise InputError(f"no voltage keeps {omega:.4g} rad/s: an effect takes what is asked for")
-    state = np.array([twist[0], omega, omega])
-    return jacobians(rig, volts, state[np.newaxis])[0], float(volts[0]), state
+    return jacobians(rig, volts, states)[0], float(volts[0]), states[0]
 
 
-def _polynomial(matrix: FloatArray) -> tuple[float, float, float]:
-    """a2, a1, a0 of the characteristic polynomial."""
-    trace = float(np.trace(matrix))
-    minors = 0.5 * (trace**2 - float(np.trace(matrix @ matrix)))
-    return -trace, minors, -float(np.linalg.det(matrix))
+def _largest_pair(values: ComplexArray) -> float:
+    """Largest growth rate of a pair of complex eigenvalues, 1/s; below 0 where there is none."""
+    pairs = values[values.imag > 1e-9]
+    return float(pairs.real.max()) if len(pairs) else -np.inf
 
 
-def _margin(rig: Rig, omega: float) -> float:
-    """a2 a1 - a0, which changes sign where a pair of eigenvalues crosses the imaginary axis."""
-    a2, a1, a0 = _polynomial(_at(rig, omega)[0])
-    return a2 * a1 - a0
+def _growth(rig: Rig, omega: float) -> float:
+    return max(_largest_pair(np.linalg.eigvals(_at(rig, omega)[0]).astype(complex)), -1e3)
 
 
 def _hopf_point(rig: Rig, omega: float) -> HopfPoint:
     matrix, volts, state = _at(rig, omega)
     values, vectors = eigenpairs(matrix)
-    i = int(np.argmax(values.imag))
+    i = _critical(values)
     right = vectors[:, i] / vectors[2, i]
     left_values, left_vectors = eigenpairs(matrix.T)
     left = left_vectors[:, int(np.argmin(np.abs(left_values - values[i].conjugate())))]
@@ -166,11 +142,16 @@ def _hopf_point(rig: Rig, omega: float) -> HopfPoint:
     )  # fmt: skip
 
 
+def _critical(values: ComplexArray) -> int:
+    """Place of the pair's upper eigenvalue that is nearest to the imaginary axis."""
+    return int(np.argmin(np.where(values.imag > 1e-9, np.abs(values.real), np.inf)))
+
+
 def _crossing(rig: Rig, omega: float) -> float:
     """By how much the pair's growth rate rises with the voltage, 1/(V s)."""
     near = [_at(rig, omega * (1.0 + side * 1e-4)) for side in (-1.0, 1.0)]
     pairs = [np.linalg.eigvals(matrix) for matrix, _, _ in near]
-    real = [float(v[np.argmax(v.imag)].real) for v in pairs]
+    real = [_largest_pair(v.astype(complex)) for v in pairs]
     return (real[1] - real[0]) / (near[1][1] - near[0][1])
 
 
@@ -182,7 +163,7 @@ def _lyapunov(
 
     def along(v: FloatArray, steps: FloatArray, weights: FloatArray) -> FloatArray:
         places = state + _CURVED * steps[:, np.newaxis] * v
-        return weights @ rates(rig, np.full(len(steps), volts), places)
+        return weights @ vector_field(rig, np.full(len(steps), volts), places)
 
     def second(v: FloatArray) -> FloatArray:
         return along(v, np.array([-1.0, 0.0, 1.0]), np.array([1.0, -2.0, 1.0])) / _CURVED**2
@@ -201,7 +182,7 @@ def _lyapunov(
     r, i = q.real, q.imag
     cubic = third(r) + (third(i + r) - third(i - r)) / 6.0 - third(r) / 3.0
     turned = third(i) + (third(r + i) - third(r - i)) / 6.0 - third(i) / 3.0
-    shifted = np.asarray(2j * frequency * np.eye(3) - matrix, dtype=np.complex128)
+    shifted = np.asarray(2j * frequency * np.eye(len(matrix)) - matrix, dtype=np.complex128)
     mean = solve_complex(matrix, quadratic(q, q.conj()))
     double = solve_complex(shifted, quadratic(q, q))
     total = cubic + 1j * turned - 2.0 * quadratic(q, mean) + quadratic(q.conj(), double)

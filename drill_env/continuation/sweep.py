@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from drill_env._types import FloatArray, IntArray
-from drill_env.integrator.extended import ExtendedRun, run_through, substep_counts
+from drill_env.integrator import Trajectory, simulate
 from drill_env.parameters import Rig
 
 # Natural periods of a block and of what is looked at in the end; blocks of a short run, after which
@@ -107,11 +107,13 @@ def _settle(
 
 def _run(
     rig: Rig, volts: float, state: FloatArray, blocks: int, block: int
-) -> tuple[ExtendedRun, bool]:
-    """So many blocks of so many nodes, and whether the last two are alike."""
-    nodes = np.asarray(_NODE * np.arange(blocks * block + 1), dtype=np.float64)
-    counts = substep_counts(rig, nodes)
-    done = run_through(rig, nodes, counts, np.full(int(counts.sum()), volts), state)
+) -> tuple[Trajectory, bool]:
+    """So many blocks of so many samples, and whether the last two are alike."""
+    times = np.asarray(_NODE * np.arange(blocks * block + 1), dtype=np.float64)
+    done = simulate(
+        rig, volts, float(times[-1]), t_eval=times, initial=state, method="dopri5", rtol=1e-9,
+        atol=1e-11,
+    )  # fmt: skip
     last = done.state[-2 * block :, 2].reshape(2, block)
     ends = np.column_stack([last.min(axis=1), last.max(axis=1)])
     return done, _alike(ends[0], ends[1])

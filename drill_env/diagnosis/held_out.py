@@ -15,15 +15,16 @@ from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.extended import lost_value, motion_of
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.terms import with_terms
-from drill_env.effects.along import Motion
-from drill_env.effects.remembered import memories_along
+from drill_env.effects.along import Motion, inner_states
+from drill_env.effects.steady import acting as acting_rig
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_of_recording import settled_starts
 from drill_env.identification.prediction_error import Path, path_of
 from drill_env.identification.samples import Samples
 from drill_env.identification.smoothing import smoothed
-from drill_env.integrator.extended import run_extended, substep_counts
+from drill_env.integrator.resume import resume
 from drill_env.integrator.simulate import simulate
+from drill_env.integrator.trajectory import Trajectory
 from drill_env.integrator.voltage import Voltage
 from drill_env.parameters import Rig
 from drill_env.recordings import Channel
@@ -130,17 +131,15 @@ def _run_from(
     """What is judged, simulated anew from each of some rows, shape (n, 2), as it is read."""
     channels = judged_channels(samples)
     out = np.full((len(samples.t), 2), math.nan)
-    counts = substep_counts(rig, samples.t)
-    memories = memories_along(rig, motion, counts, rows)
+    kept = inner_states(acting_rig(rig), motion, rows)
     ends = [*rows[1:].tolist(), len(samples.t)]
-    for a, b, memory in zip(rows.tolist(), ends, memories, strict=True):
+    for a, b, inner in zip(rows.tolist(), ends, kept, strict=True):
         stop = min(b + 1, len(samples.t)) if b not in samples.restarts else b
-        t, u, start = samples.t[a:stop], samples.u[a:stop], motion.states[a, :4]
-        if len(t) < 2:
+        if stop - a < 2:
             continue
-        remembered = None if a in samples.restarts else memory
         try:
-            out[a:stop] = _read(rig, t, u, start, channels, remembered)
+            fresh = None if a in samples.restarts else inner
+            out[a:stop] = _chosen(*resume(rig, motion, slice(a, stop), fresh), channels)
         except (InputError, RuntimeError):
             return np.full_like(out, math.inf)
         if channels[0] == "theta_u":
@@ -160,20 +159,12 @@ def _offset(samples: Samples, states: FloatArray) -> FloatArray:
     return out
 
 
-def _read(
-    rig: Rig, t: FloatArray, u: FloatArray, start: FloatArray, channels: tuple[Channel, Channel],
-    memories: FloatArray | None,
-) -> FloatArray:  # fmt: skip
-    if rig.effects:
-        # Effects that depend on time count from the recording's start.
-        return _chosen(*run_extended(rig, t, u, start, memories=memories), channels)
-    t = t - t[0]
-    drive = Voltage(t, u[:-1, None])
-    run = simulate(
-        rig, drive, float(t[-1]), t_eval=t, initial=start, method="dopri5", rtol=1e-7, atol=1e-9
-    )
-    angles = np.column_stack([run.state[:, 3] + run.state[:, 0], run.state[:, 3]])
-    return _chosen(run.state, angles, channels)
+def _run(rig: Rig, t: FloatArray, u: FloatArray, start: FloatArray) -> Trajectory:
+    """A run from the start of some rows, whose effects count time as the rows do."""
+    return simulate(
+        rig, Voltage(t, u[:-1, None]), float(t[-1] - t[0]), t_start=float(t[0]), t_eval=t,
+        initial=start, method="dopri5", rtol=1e-7, atol=1e-9,
+    )  # fmt: skip
 
 
 def _chosen(
@@ -263,8 +254,9 @@ def _shaken(
             continue
         t, u = samples.t[part], samples.u[part]
         try:
-            quiet = _chosen(*run_extended(rig, t, u, start), channels)
-            out[part] = _chosen(*run_extended(shaken, t, u, start), channels) - quiet
+            quiet, moved = (_run(r, t, u, start) for r in (rig, shaken))
+            out[part] = _chosen(moved.state, moved.readings, channels)
+            out[part] -= _chosen(quiet.state, quiet.readings, channels)
         except (InputError, RuntimeError):
             continue
     return out

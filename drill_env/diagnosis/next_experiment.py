@@ -18,7 +18,7 @@ from drill_env.diagnosis.rounds import Attempt, Found
 from drill_env.diagnosis.sentences import CONFUSED
 from drill_env.identification.prediction_error import path_of
 from drill_env.identification.samples import prepare
-from drill_env.integrator.extended import run_extended
+from drill_env.integrator import sampled_voltage, simulate
 from drill_env.recordings import Recording
 from drill_env.recordings.signals import Signal, signal_samples
 
@@ -91,7 +91,16 @@ def _expected(found: Found, true: Attempt, other: Attempt, signal: Signal) -> fl
     t, u = signal_samples(signal)
     rig = extended_rig(true.fit.rig, true.fit.terms)
     try:
-        states, angles = run_extended(rig, t, u, np.zeros(4))
+        run = simulate(
+            rig,
+            sampled_voltage(t, u),
+            float(t[-1] - t[0]),
+            t_eval=t,
+            method="dopri5",
+            rtol=1e-9,
+            atol=1e-11,
+        )
+        states, angles = run.state, run.readings
         if not _bearable(true.fit, states):
             return None
         recording = Recording(t, u, angles[:, 0], angles[:, 1], source="proposed")

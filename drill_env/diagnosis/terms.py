@@ -11,9 +11,8 @@ import numpy as np
 from drill_env._types import FloatArray
 from drill_env.diagnosis.late import LATE, ahead, on_time, telling
 from drill_env.effects import Effect
-from drill_env.effects._bundle import Bundle
 from drill_env.effects.along import Motion, response_along
-from drill_env.effects.declared import bundled
+from drill_env.effects.declared import Declared, bundled
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
 from drill_env.parameters.rig import LOWER_LAW
@@ -208,7 +207,7 @@ def at_rest(term: Term) -> bool:
     return isinstance(source, Named) and (source.effect.at_rest or source.within)
 
 
-def acting(terms: Sequence[Term]) -> Bundle:
+def acting(terms: Sequence[Term]) -> Declared:
     """Those of the terms that act at the filter's own state."""
     return bundled(
         [(t.source.effect, t.q) for t in terms if isinstance(t.source, Named) and at_rest(t)]

@@ -6,12 +6,12 @@ module with an `EFFECT` in its entry points of the group ``drill_env.effects``.
 
 from drill_env.effects._effect import Effect, EffectParameter, amplitude, phase, shape
 from drill_env.effects._registry import LIBRARY, load_installed, load_library, register
-from drill_env.effects._signal import against, response
+from drill_env.effects._signal import at_start, branch, clipped, response, size_of
 
 load_library()
 load_installed()
 
 __all__ = [
-    "LIBRARY", "Effect", "EffectParameter", "against", "amplitude", "phase", "register",
-    "response", "shape",
+    "LIBRARY", "Effect", "EffectParameter", "amplitude", "at_start", "branch", "clipped", "phase",
+    "register", "response", "shape", "size_of",
 ]  # fmt: skip

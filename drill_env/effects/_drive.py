@@ -4,7 +4,7 @@ from math import pi
 
 from drill_env._jit import kernel
 from drill_env.effects._effect import shape
-from drill_env.effects._signal import sign
+from drill_env.effects._signal import branch
 
 MOTOR_SHARE = shape("motor_share", "1", (0.1, 0.25, 0.5), low=0.01, high=0.95, form=0.25)
 """Of the upper disc's inertia. Only where the disc is released and held does it show."""
@@ -17,58 +17,82 @@ FRICTION_SHARE = shape("friction_share", "1", (0.05, 1.0), low=0.01, high=1.0, f
 DAMPING = shape("damping", "1", (0.07,), low=0.002, high=2.0, form=0.15)
 """Of the gear's ringing, as a share of critical."""
 
-# Of a held interval: as many as the ringing asks for.
-FEWEST, MOST, IN_A_RADIAN = 6, 20, 8.0
-
 
 @kernel
-def resisted(omega, push, size):
-    """Friction (Nm) against a speed, or what holds an inertia at rest against a push."""
-    if omega != 0.0:
-        return sign(omega) * size
-    return min(max(push, -size), size)
+def wind(p, e, s, share, frequency, damping, gap):
+    """Torque (Nm) that the gear hands on.
 
-
-@kernel
-def drive_friction(p, omega):
-    """Size (Nm) of the drive's whole friction at a speed."""
-    side = sign(omega)
-    return max(p.Tsu + side * p.dTsu + (p.bu + side * p.dbu) * abs(omega), 0.0)
-
-
-@kernel
-def drive_torque(p, m, s, share, frequency, gap, at_motor, damping):
-    """Torque (Nm) that the rig's lumped upper disc lacks against one with a motor behind a spring.
-
-    m[0] is the motor's angle ahead of the disc, m[1] its rate. Both follow from the voltage and
-    the string's pull, not from the disc's measured motion: smoothing takes the gear's ringing out
-    of that. `frequency` (Hz) is that of the motor against the disc: recordings tell it, and hardly
-    the stiffness and `share` that it comes from. `at_motor` is the share of the friction that sits
-    at the motor, `damping` the share of critical.
+    e.z[0] is the motor's angle ahead of the disc, e.z[1] its speed. `frequency` (Hz) is that of
+    the motor against the disc: recordings tell it, and hardly the stiffness and the motor's
+    `share` of the inertia that it comes from. `damping` is a share of critical, `gap` the play in
+    rad.
     """
-    motor, disc = share * p.Ju, (1.0 - share) * p.Ju
-    stiffness = (2.0 * pi * frequency) ** 2 * motor * (1.0 - share)
-    substeps = max(FEWEST, min(MOST, int(IN_A_RADIAN * 2.0 * pi * frequency * s.dt) + 1))
-    h = s.dt / substeps
-    loss = 2.0 * damping * (stiffness * motor * (1.0 - share)) ** 0.5
-    pull = p.ktheta * s.twist
-    total = 0.0
-    for _ in range(substeps):
-        wound = m[0] - min(max(m[0], -0.5 * gap), 0.5 * gap)
-        torque = 0.0
-        if wound != 0.0:
-            torque = stiffness * wound + loss * m[1]
-            if gap > 0.0 and torque * wound < 0.0:
-                # Teeth push and never pull.
-                torque = 0.0
-        on_disc = torque - pull
-        on_disc -= resisted(s.omega_u, on_disc, (1.0 - at_motor) * s.friction_u)
-        speed = s.omega_u + m[1]
-        on_motor = p.km * s.u - torque
-        if at_motor > 0.0:
-            on_motor -= resisted(speed, on_motor, at_motor * drive_friction(p, speed))
-        total += on_disc
-        m[1] += h * (on_motor / motor - on_disc / disc)
-        m[0] += h * m[1]
-    friction = resisted(s.omega_u, s.net_u, s.friction_u)
-    return total / substeps / (1.0 - share) - (s.net_u - friction)
+    if s.first:
+        e.z[0], e.z[1] = 0.0, s.omega_u
+    reduced = share * p.Ju * (1.0 - share)
+    stiffness = (2.0 * pi * frequency) ** 2 * reduced
+    loss = 4.0 * pi * damping * frequency * reduced
+    slip = e.z[1] - s.omega_u
+    if gap == 0.0:
+        return stiffness * e.z[0] + loss * slip
+    for side in range(2):
+        towards = 1.0 - 2.0 * side
+        wound = towards * e.z[0] - 0.5 * gap
+        push = stiffness * wound + loss * towards * slip
+        meets, pushes = branch(e, s, 1 + side, wound), 1
+        # Teeth push and never pull; on which side of that they are matters in contact alone.
+        if meets > 0:
+            pushes = branch(e, s, 3, push)
+        if meets > 0 and pushes > 0:
+            return towards * push
+        if meets > 0:
+            return 0.0
+    return 0.0
+
+
+@kernel
+def motor_friction(p, side, speed):
+    """Size (Nm) of the drive's whole friction at a speed in direction `side`."""
+    return p.Tsu + side * p.dTsu + (p.bu + side * p.dbu) * side * speed
+
+
+@kernel
+def choose_motor(e, s, ahead, held):
+    """Direction of the motor where no event tells it: it stops where it passes rest and is held."""
+    speed = e.z[1].real
+    if s.first:
+        e.side[0] = 1 if speed > 0.0 else (-1 if speed < 0.0 else 0)
+    if e.side[0] * speed <= 0.0:
+        if held.real >= 0.0:
+            e.side[0] = 0
+            e.z[1] = 0.0
+        else:
+            e.side[0] = ahead if speed == 0.0 or e.side[0] == 0 else (1 if speed > 0.0 else -1)
+
+
+@kernel
+def turn_motor(p, e, s, out, share, torque, at_motor):
+    """Rates of the motor's angle and speed; its share of the friction holds it like a disc's."""
+    push = p.km * (s.u + out.volts) - torque
+    ahead = 1 if push.real >= 0.0 else -1
+    held = at_motor * motor_friction(p, ahead, 0.0) - ahead * push
+    if s.choose:
+        choose_motor(e, s, ahead, held)
+    side = e.side[0]
+    e.rate[0] = e.z[1] - s.omega_u
+    if side != 0:
+        e.gap[0], e.next[0] = side * e.z[1], 0
+        left = push - side * at_motor * motor_friction(p, side, e.z[1])
+        e.rate[1] = left / (share * p.Ju)
+    else:
+        e.gap[0], e.next[0], e.rate[1] = held, ahead, 0.0
+
+
+@kernel
+def drive_through(p, e, s, out, share, torque, at_motor):
+    """The motor behind its gear takes the place of the voltage's torque on the disc."""
+    turn_motor(p, e, s, out, share, torque, at_motor)
+    out.drive = 0.0
+    out.torque_u += torque
+    out.scale_u -= at_motor
+    out.inertia_u -= share * p.Ju

@@ -75,16 +75,18 @@ class Effect:
             far longer than a recording.
         rigs_own_if_early: likewise when its last parameter, a moment, is at a recording's start.
         limit: the parameter at whose least value it is another effect, and that effect's id.
-        friction: whether it holds a resting disc against whatever else pulls on it; it is then
-            evaluated after the others.
-        steady: whether it is a function of the voltage and the state alone, without memory, and
-            follows neither time nor an angle.
-        replaces_balance: whether it puts a drive in the place of the upper disc's balance; it is
-            then evaluated before the others. Its parameters have `motor_share` and `frequency`.
+        autonomous: whether the rig can turn steadily with it under a constant voltage: it follows
+            neither time nor an angle and forgets what was.
+        passing: whether it ends some time after the voltage has become constant.
+        replaces_balance: whether it puts a drive in the place of the voltage's torque on the upper
+            disc; it is then evaluated after the others of the drive.
         senses: whether it is an error of an encoder and no torque.
-        kernel: function of (p, q, m, s, out), made by the decorator `response`: the rig's
-            parameters, its own numbers, what it remembers, the signal, and the torques or errors
-            that it adds to.
+        states: how many inner states it has, of first-order differential equations.
+        switches: how many corners or jumps it has, at which the integrator ends its steps.
+        delay: the parameter by which it reads the voltage or an angle late.
+        kernel: function of (p, e, s, out), made by the decorator `response`: the rig's parameters,
+            its own numbers `e.q` and inner states `e.z`, whose rates `e.rate` it sets, the signal
+            at the instant, and the ports of the equations of motion that it adds to.
     """
 
     id: str
@@ -106,8 +108,11 @@ class Effect:
     rigs_own_if_slow: bool = False
     rigs_own_if_early: bool = False
     limit: tuple[str, str] | None = None
-    friction: bool = False
-    steady: bool = False
+    states: int = 0
+    switches: int = 0
+    delay: str = ""
+    autonomous: bool = True
+    passing: bool = False
     replaces_balance: bool = False
     senses: bool = False
 

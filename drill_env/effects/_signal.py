@@ -1,9 +1,7 @@
-"""What an effect reads and writes at one instant, and the helpers its kernel shares with others."""
-
-from math import exp
+"""What an effect reads and writes at one instant, and the helpers that kernels share."""
 
 import numpy as np
-from numba import float64, from_dtype, types
+from numba import from_dtype, types
 from numba.core.typing.templates import signature
 
 from drill_env._jit import caller, inlined, unit
@@ -11,73 +9,127 @@ from drill_env.parameters._record import PARAMETERS
 
 SIGNAL = np.dtype(
     [
-        ("first", "i8"),  # 1 at the first row of a recording or run
+        ("first", "i8"),  # 1 where the inner states take their first values
+        ("choose", "i8"),  # 1 where branches follow their functions at once
+        ("rest_u", "i8"),  # whether the disc sticks
+        ("rest_l", "i8"),
         ("t", "f8"),  # since the start, s
-        ("dt", "f8"),  # for which the torques will be held, s
-        ("u", "f8"),  # held voltage, V
+        ("u", "f8"),  # voltage asked for, V
+        ("u_rate", "f8"),  # V/s
         ("theta_u", "f8"),
         ("theta_l", "f8"),
+        ("twist", "f8"),
         ("omega_u", "f8"),
         ("omega_l", "f8"),
-        ("alpha_u", "f8"),  # accelerations, rad/s^2
-        ("alpha_l", "f8"),
-        ("twist", "f8"),
-        ("friction_u", "f8"),  # sizes of the sliding torques at these speeds, Nm
+        ("side_u", "f8"),  # slip direction, -1 or 1; of a disc at rest, where it would leave to
+        ("side_l", "f8"),
+        ("speed_u", "f8"),  # along that direction, 0 at rest
+        ("speed_l", "f8"),
+        ("pull", "f8"),  # torque of the string by the rig's own stiffness, Nm
+        ("friction_u", "f8"),  # sizes of the rig's own friction torques at these speeds, Nm
         ("friction_l", "f8"),
-        ("net_u", "f8"),  # torques on the discs without their friction, Nm
-        ("net_l", "f8"),
+        ("other_u", "f8"),  # torques of other effects, where these are asked one by one, Nm
+        ("other_l", "f8"),
+        ("dwell_l", "f8"),  # time for which the lower disc has been at rest, s
     ],
     align=True,
 )
-"""State of the rig at the middle of a held interval, or at a sample for sensors' effects."""
+"""State of the rig at one instant."""
 
-RESPONSE = np.dtype([(n, "f8") for n in ("torque_u", "torque_l", "angle_u", "angle_l")], align=True)
-"""Torques (Nm) on the discs and errors (rad) of the encoders, added to what is already there."""
+PORTS = np.dtype(
+    [
+        ("volts", "f8"),  # added to the voltage, V
+        ("drive", "f8"),  # share of the motor's torque that reaches the disc itself
+        ("torque_u", "f8"),  # on the upper disc, Nm
+        ("torque_l", "f8"),
+        ("string", "f8"),  # added to the torque of the string, Nm
+        ("size_u", "f8"),  # added to the size of the friction, Nm
+        ("size_l", "f8"),
+        ("scale_u", "f8"),  # the same as a share of the rig's own law
+        ("scale_l", "f8"),
+        ("read_l", "f8"),  # speed at which the lower law is read, rad/s
+        ("inertia_u", "f8"),  # added to the upper disc, kg m^2
+        ("angle_u", "f8"),  # errors of the encoders, rad
+        ("angle_l", "f8"),
+    ],
+    align=True,
+)
+"""Where an effect enters the equations of motion; each adds to what is already there."""
+
+MOST_NUMBERS, MOST_STATES, MOST_SWITCHES = 8, 4, 4
+# Of all effects of a rig together.
+MOST_INNER, MOST_BRANCHES = 24, 32
+
+ENTRY = np.dtype(
+    [
+        ("code", "i8"),  # address for `respond`, of this process alone
+        ("senses", "i8"),  # whether the encoders are wrong and not the rig
+        ("idle", "i8"),  # whether the motion is the same without it
+        ("delayed", "i8"),  # whether it reads the past
+        ("drives", "i8"),  # whether it puts a motor of its own between voltage and disc
+        ("upper", "i8"),  # whether it acts on the upper disc alone
+        ("states", "i8"),
+        ("switches", "i8"),
+        ("first_state", "i8"),  # its places among those of all effects
+        ("first_switch", "i8"),
+        ("delay", "f8"),  # by which it reads the past, s
+        ("table", "i8"),  # address of knots and values of a measured curve
+        ("q", "f8", (MOST_NUMBERS,)),  # its numbers
+        ("z", "f8", (MOST_STATES,)),  # its inner states
+        ("rate", "f8", (MOST_STATES,)),  # and their rates
+        ("side", "i8", (MOST_SWITCHES,)),  # branch that each switch is on
+        ("gap", "f8", (MOST_SWITCHES,)),  # the branch ends where this turns negative
+        ("next", "i8", (MOST_SWITCHES,)),  # and this one follows
+        ("u_late", "f8"),  # voltage and angles its delay ago
+        ("theta_u_late", "f8"),
+        ("theta_l_late", "f8"),
+    ],
+    align=True,
+)
+"""One declared effect with its working place."""
 
 _RESPOND = signature(
-    types.none, from_dtype(PARAMETERS), float64[::1], float64[::1], from_dtype(SIGNAL),
-    from_dtype(RESPONSE),
-)  # fmt: skip
+    types.none, from_dtype(PARAMETERS), from_dtype(ENTRY), from_dtype(SIGNAL), from_dtype(PORTS)
+)
 
 response = unit(_RESPOND)
-"""Decorator of an effect's function of (p, q, m, s, out), see `Effect`."""
+"""Decorator of an effect's function of (p, e, s, out), see `Effect`."""
 
 respond = caller(_RESPOND)
-"""For kernels: `respond(code, p, q, m, s, out)`, with the code of an effect."""
-
-MEMORY = 640
-"""Numbers an effect may remember, all 0 at the start."""
+"""For kernels: `respond(code, p, e, s, out)`."""
 
 RESTING = 0.15
-"""Speed (rad/s) of the upper disc, in the middle of the first interval, that counts as rest."""
+"""Speed (rad/s) of the upper disc that counts as rest at the start."""
 
 
 @inlined
-def sign(value):
-    """-1, 0 or 1."""
-    return 1.0 if value > 0.0 else (-1.0 if value < 0.0 else 0.0)
+def branch(e, s, j, x):
+    """Side of zero, -1 or 1, that `x` is on.
 
-
-@inlined
-def left_over(shares):
-    """Mean of e^-x from 0 to `shares`: what is left, on average, of something that decays."""
-    return (1.0 - exp(-shares)) / shares if shares > 1e-6 else 1.0 - 0.5 * shares
-
-
-@inlined
-def against(omega, net, torque):
-    """The torque (Nm) with which additional friction of size `torque` acts on a disc.
-
-    A resting disc is held by no more than what pulls on it; less friction pushes it on.
+    Within a step the integrator holds it: it ends the step where `x` changes its sign, so that
+    no step ever meets a corner.
     """
-    if omega != 0.0:
-        return -sign(omega) * torque
-    if torque >= 0.0:
-        return -min(max(net, -torque), torque)
-    return -sign(net) * torque
+    if s.choose or e.side[j] == 0:
+        e.side[j] = 1 if x.real >= 0.0 else -1
+    e.gap[j] = e.side[j] * x
+    e.next[j] = -e.side[j]
+    return e.side[j]
+
+
+@inlined
+def size_of(e, s, j, x):
+    """abs(x), by switch `j`."""
+    return branch(e, s, j, x) * x
+
+
+@inlined
+def clipped(e, s, j, x, low, high):
+    """`x` within limits, by switches `j` and `j` + 1."""
+    above, below = branch(e, s, j, x - high), branch(e, s, j + 1, low - x)
+    return high if above > 0 else (low if below > 0 else x)
 
 
 @inlined
 def at_start(s):
-    """Voltage (V) before a recording: none if the rig rested, else what it begins with."""
+    """Voltage (V) before the start: none if the rig rested, else what it begins with."""
     return 0.0 if abs(s.omega_u) < RESTING else s.u

@@ -1,9 +1,9 @@
 """Compiled effect without a name: a piecewise linear function of one coordinate."""
 
-from math import floor
+from math import floor, inf
 
-from drill_env._jit import inlined, kernel
-from drill_env.effects._signal import against
+from drill_env._jit import inlined, kernel, number_at
+from drill_env.effects._signal import response
 
 COORDINATES = (
     "time",
@@ -49,56 +49,85 @@ def coordinate_of(which, s):
     return s.omega_u - s.omega_l
 
 
-@inlined
-def within(x, period):
-    """The coordinate within one period; as it is where the period is 0."""
-    return x - period * floor(x / period) if period > 0.0 else x
-
-
-@inlined
-def interpolate(table, count, x):
-    """Value at `x` between knots table[0] with values table[1]; constant beyond the ends."""
-    low, high = 0, count - 1
-    if x <= table[0, low]:
-        return table[1, low]
-    if x >= table[0, high]:
-        return table[1, high]
-    while high - low > 1:
-        middle = (low + high) // 2
-        if x < table[0, middle]:
-            high = middle
-        else:
-            low = middle
-    share = (x - table[0, low]) / (table[0, high] - table[0, low])
-    return table[1, low] + share * (table[1, high] - table[1, low])
+@kernel
+def knot(e, cell):
+    """Place of a knot; those of a curve that comes back go on for ever."""
+    count, period = int(e.q[COUNT].real), e.q[PERIOD].real
+    if period > 0.0:
+        turn = floor(cell / (count - 1.0))
+        return number_at(e.table, int(cell - turn * (count - 1))) + turn * period
+    if cell < 0:
+        return -inf
+    return inf if cell >= count else number_at(e.table, cell)
 
 
 @kernel
-def tabulated(p, q, table, s, out):
-    """Add the table's torque or error; `q` holds its coordinate, action, length and period."""
-    x = within(coordinate_of(int(q[COORDINATE]), s), q[PERIOD])
-    value = interpolate(table, int(q[COUNT]), x)
-    action = int(q[ACTION])
+def value_at_knot(e, cell):
+    """Value at a knot, that of the nearest one beyond the ends."""
+    count = int(e.q[COUNT].real)
+    if e.q[PERIOD].real > 0.0:
+        cell = int(cell - floor(cell / (count - 1.0)) * (count - 1))
+    return number_at(e.table, count + min(max(cell, 0), count - 1))
+
+
+@kernel
+def cell_of(e, x):
+    """Number of the last knot at or before `x`, -1 before the first."""
+    count, period = int(e.q[COUNT].real), e.q[PERIOD].real
+    turn = 0
+    if period > 0.0:
+        turn = int(floor((x - number_at(e.table, 0)) / period))
+        x -= turn * period
+    low, high = -1, count
+    while high - low > 1:
+        middle = (low + high) // 2
+        if x < number_at(e.table, middle):
+            high = middle
+        else:
+            low = middle
+    return low if period == 0.0 else turn * (count - 1) + min(max(low, 0), count - 2)
+
+
+@kernel
+def interpolate(e, s, x):
+    """Value at `x`, constant beyond the ends; the cell between two knots is a branch."""
+    if s.choose:
+        e.side[0] = cell_of(e, x.real)
+    cell = e.side[0]
+    low, high = knot(e, cell), knot(e, cell + 1)
+    if x.real - low < high - x.real:
+        e.gap[0], e.next[0] = x.real - low, cell - 1
+    else:
+        e.gap[0], e.next[0] = high - x.real, cell + 1
+    left, right = value_at_knot(e, cell), value_at_knot(e, cell + 1)
+    share = (x - low) / (high - low) if low > -inf and high < inf else 0.0 * x
+    return left + share * (right - left)
+
+
+@response
+def tabulated(p, e, s, out):
+    """Add the table's torque or error; `e.q` holds its coordinate, action, length and period."""
+    value = interpolate(e, s, coordinate_of(int(e.q[COORDINATE].real), s))
+    action = int(e.q[ACTION].real)
     if action == TORQUE_U:
         out.torque_u += value
     elif action == TORQUE_L:
         out.torque_l += value
     elif action == STRING:
-        out.torque_u -= value
-        out.torque_l += value
+        out.string += value
     elif action == FRICTION_U:
-        out.torque_u += against(s.omega_u, s.net_u, value)
+        out.size_u += value
     elif action == FRICTION_L:
-        out.torque_l += against(s.omega_l, s.net_l, value * s.friction_l)
+        out.scale_l += value
     elif action == ANGLE_U:
         out.angle_u += value
     elif action == ANGLE_L:
         out.angle_l += value
     elif action == DRIVE_U:
-        out.torque_u += p.km * s.u * value
+        out.volts += s.u * value
     elif action == DAMPING_U:
         out.torque_u -= value * s.omega_u
+    elif action == DAMPING:
+        out.string += value * (s.omega_u - s.omega_l)
     else:
-        pull = value * (s.omega_u - s.omega_l if action == DAMPING else p.ktheta * s.twist)
-        out.torque_u -= pull
-        out.torque_l += pull
+        out.string += value * s.pull

@@ -1,4 +1,4 @@
-"""What an effect does along a known motion of the rig."""
+"""What effects do along a known motion of the rig."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ import numpy as np
 
 from drill_env._types import FloatArray, IntArray
 from drill_env.effects import Effect
-from drill_env.effects._run import errors_along, torques_along
-from drill_env.effects._signal import MEMORY, RESPONSE, SIGNAL
+from drill_env.effects._along import errors_along, inner_along, torques_along
+from drill_env.effects._signal import MOST_STATES, PORTS, SIGNAL
+from drill_env.effects.declared import Declared, bundled, declared
 from drill_env.friction import kernel_record
 from drill_env.parameters import Rig
 
@@ -33,6 +34,11 @@ class Motion:
     recording: int = 0
 
 
+def _scratch() -> tuple[np.ndarray, np.ndarray, FloatArray]:
+    signal, ports = np.zeros(1, dtype=SIGNAL)[0], np.zeros(1, dtype=PORTS)[0]
+    return signal, ports, np.zeros((11, MOST_STATES))
+
+
 def response_along(
     effect: Effect, q: FloatArray, rig: Rig, motion: Motion
 ) -> tuple[FloatArray, FloatArray]:
@@ -42,19 +48,66 @@ def response_along(
         effect: of `drill_env.effects.LIBRARY`.
         q: its parameters in their order.
         rig: parameters of the rig.
-        motion: how the rig moved.
+        motion: how the rig moved, taken as straight between the rows.
 
     Returns:
         Mean torques (Nm) on the upper and lower disc over the interval after each row and errors
         (rad) of theta_u and theta_l at each row, both of shape (n, 2).
     """
-    p = kernel_record(rig)[0]
-    s, out = np.zeros(1, dtype=SIGNAL)[0], np.zeros(1, dtype=RESPONSE)[0]
-    result = np.zeros((len(motion.t), 2))
-    run = errors_along if effect.senses else torques_along
-    run(
-        effect.code, p, np.array(q, dtype=np.float64), np.zeros(MEMORY), s, out,
-        motion.t, motion.u, motion.states, motion.restarts, result,
-    )  # fmt: skip
-    nothing = np.zeros_like(result)
-    return (nothing, result) if effect.senses else (result, nothing)
+    return _respond(bundled([(effect, q)]), rig, motion)
+
+
+def _respond(effects: Declared, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
+    p, both = kernel_record(rig)[0], np.zeros((2, len(motion.t), 2))
+    for entry in effects.entries:
+        signal, ports, z = _scratch()
+        run = errors_along if entry["senses"] else torques_along
+        run(
+            p, entry, signal, ports, motion.t, motion.u, motion.states, motion.restarts, z,
+            both[int(entry["senses"] != 0)],
+        )  # fmt: skip
+    return both[0], both[1]
+
+
+def reading_errors(rig: Rig, motion: Motion) -> FloatArray:
+    """Errors (rad) that the rig's effects give to theta_u and theta_l, shape (n, 2).
+
+    Raises:
+        InputError: an effect of the rig is wrong.
+    """
+    out = np.zeros((len(motion.t), 2))
+    for entry in declared(rig).entries:
+        if entry["senses"]:
+            signal, ports, z = _scratch()
+            found = np.zeros_like(out)
+            errors_along(
+                kernel_record(rig)[0], entry, signal, ports, motion.t, motion.u, motion.states,
+                motion.restarts, z, found,
+            )  # fmt: skip
+            out += found
+    return out
+
+
+def inner_states(rig: Rig, motion: Motion, rows: IntArray) -> FloatArray:
+    """Inner states with which a simulation can go on from rows of a known motion.
+
+    Args:
+        rig: parameters and effects.
+        motion: how the rig moved, taken as straight between the rows.
+        rows: to go on from, ascending, shape (r,).
+
+    Returns:
+        Shape (r, m), see `Trajectory.inner`.
+
+    Raises:
+        InputError: an effect of the rig is wrong.
+    """
+    effects = declared(rig)
+    kept = np.zeros((len(rows), effects.inner))
+    if kept.size:
+        signal, ports, z = _scratch()
+        inner_along(
+            kernel_record(rig)[0], effects.entries, signal, ports, motion.t, motion.u,
+            motion.states, motion.restarts, z, np.asarray(rows, dtype=np.int64), kept,
+        )  # fmt: skip
+    return kept

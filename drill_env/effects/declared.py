@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.effects import LIBRARY, Effect
-from drill_env.effects._bundle import TABLE, Bundle
-from drill_env.effects._signal import MEMORY
-from drill_env.effects._table import ACTIONS, COORDINATES
+from drill_env.effects._signal import ENTRY, MOST_BRANCHES, MOST_INNER
+from drill_env.effects._table import ACTIONS, COORDINATES, tabulated
 from drill_env.parameters import Rig
-
-WIDTH = 8
-"""Most parameters of an effect."""
 
 _TABLE_KEYS = {"id", "component", "depends_on", "sort", "knots", "values", "encoder", "period"}
 _ACTION = {
@@ -37,12 +34,57 @@ _TURN = 2.0 * math.pi
 _ENCODER = {"theta_u": "upper", "theta_l": "lower"}
 
 
-def declared(rig: Rig) -> Bundle:
+@dataclass(frozen=True, slots=True, eq=False)
+class Declared:
+    """Effects as the compiled code reads them.
+
+    Attributes:
+        entries: records of `ENTRY`, which hold addresses of this process; shape (n,).
+        tables: what some of the addresses point to.
+    """
+
+    entries: np.ndarray
+    tables: tuple[FloatArray, ...] = ()
+
+    @property
+    def inner(self) -> int:
+        """Number of inner states."""
+        return int(self.entries["states"].sum())
+
+    @property
+    def switches(self) -> int:
+        """Number of switches."""
+        return int(self.entries["switches"].sum())
+
+    @property
+    def acts(self) -> bool:
+        """Whether any effect enters the motion or has an inner state."""
+        return bool((self.entries["idle"] == 0).any())
+
+    @property
+    def reads_past(self) -> bool:
+        """Whether an effect reads the voltage late."""
+        return bool(((self.entries["delayed"] == 1) & (self.entries["senses"] == 0)).any())
+
+    @property
+    def delay(self) -> float:
+        """By how much the voltage acts late, s."""
+        late = self.entries[(self.entries["delayed"] == 1) & (self.entries["senses"] == 0)]
+        return float(late["delay"].sum())
+
+    @property
+    def encoder_delays(self) -> FloatArray:
+        """By how much each effect reads an angle late, s; 0 for most; shape (n,)."""
+        late = (self.entries["delayed"] == 1) & (self.entries["senses"] == 1)
+        return np.where(late, self.entries["delay"], 0.0)
+
+
+def declared(rig: Rig) -> Declared:
     """The rig's effects as the compiled code reads them.
 
     Raises:
-        InputError: an effect is unknown, a parameter is missing, unknown or out of range, or
-            the rig has no such component.
+        InputError: an effect is unknown, a parameter is missing, unknown or out of range, there
+            are too many, or the rig has no such component.
     """
     rows = []
     for place, entry in enumerate(rig.effects):
@@ -50,56 +92,39 @@ def declared(rig: Rig) -> Bundle:
             rows.append(_row(entry, rig))
         except InputError as error:
             raise InputError(f"rig effect {place + 1}: {error}") from error
-    rows.sort(key=lambda row: row[0])
-    longest = max((row[5].shape[1] for row in rows), default=0)
-    tables = np.zeros((len(rows), 2, longest))
-    for i, row in enumerate(rows):
-        tables[i, :, : row[5].shape[1]] = row[5]
-    return Bundle(
-        np.array([row[1] for row in rows], dtype=np.int64),
-        np.array([row[2] for row in rows], dtype=np.int64),
-        np.array([row[3] for row in rows], dtype=np.int64),
-        np.array([row[4] for row in rows]).reshape(len(rows), WIDTH),
-        tables,
-    )
+    return _laid_out(rows)
 
 
-def bundled(effects: Sequence[tuple[Effect, FloatArray]]) -> Bundle:
+def bundled(effects: Sequence[tuple[Effect, FloatArray]]) -> Declared:
     """Effects with their numbers as the compiled code reads them."""
-    q = np.zeros((len(effects), WIDTH))
-    for i, (_, numbers) in enumerate(effects):
-        q[i, : len(numbers)] = numbers
-    return Bundle(
-        np.array([effect.code for effect, _ in effects], dtype=np.int64),
-        np.array([effect.senses for effect, _ in effects], dtype=np.int64),
-        np.array([effect.equation == "upper" for effect, _ in effects], dtype=np.int64), q,
-        np.zeros((len(effects), 2, 0)),
-    )  # fmt: skip
+    return _laid_out([_entry(effect, numbers) for effect, numbers in effects])
 
 
-def new_memories(bundle: Bundle) -> FloatArray:
-    """What the effects remember, at the start; shape (effects, MEMORY)."""
-    return np.zeros((len(bundle.codes), MEMORY))
+def _laid_out(rows: Sequence[_Row]) -> Declared:
+    # A drive takes the voltage that the others of the motor leave.
+    ordered = sorted(rows, key=lambda row: row[0])
+    entries = np.zeros(len(rows), dtype=ENTRY)
+    for i, (_, entry, _) in enumerate(ordered):
+        entries[i] = entry
+    for kind in ("state", "switch"):
+        counts = entries[f"{kind}es" if kind == "switch" else "states"]
+        entries[f"first_{kind}"] = np.cumsum(counts) - counts
+    found = Declared(entries, tuple(row[2] for row in ordered))
+    if found.inner > MOST_INNER or found.switches > MOST_BRANCHES:
+        raise InputError(
+            f"the effects have {found.inner} inner states and {found.switches} switches together, "
+            f"more than {MOST_INNER} and {MOST_BRANCHES}: leave some out"
+        )
+    if np.count_nonzero((entries["delayed"] == 1) & (entries["senses"] == 0)) > 1:
+        raise InputError("the voltage is delayed by two effects: give one with the whole delay")
+    return found
 
 
-def longest_hold(rig: Rig) -> float:
-    """Time (s) for which torques may be held at most: a drive's ringing needs resolving."""
-    longest = math.inf
-    for entry in rig.effects:
-        effect = LIBRARY.get(str(entry.get("id")))
-        if effect is not None and effect.replaces_balance:
-            share = float(entry["motor_share"])
-            # Of the lighter of the two, alone on the spring.
-            fastest = 2.0 * math.pi * float(entry["frequency"]) * math.sqrt(max(share, 1.0 - share))
-            longest = min(longest, 0.5 / fastest)
-    return longest
-
-
-_Row = tuple[int, int, bool, bool, FloatArray, FloatArray]
+_Row: TypeAlias = tuple[int, np.ndarray, FloatArray]
 
 
 def _row(entry: Mapping[str, Any], rig: Rig) -> _Row:
-    """Rank, code, whether it senses and is the upper disc's alone, parameters and table."""
+    """Rank in the order of evaluation, entry and table."""
     name = entry.get("id")
     if name == "table":
         return _table_row(entry, rig)
@@ -111,11 +136,20 @@ def _row(entry: Mapping[str, Any], rig: Rig) -> _Row:
     for key, value in values.items():
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise InputError(f"effect {name}: {key} is {value!r}; give a number")
-    q = np.zeros(WIDTH)
-    vector = effect.vector(values)
-    q[: len(vector)] = vector
-    rank = 0 if effect.replaces_balance else 2 if effect.friction else 1
-    return rank, effect.code, effect.senses, effect.equation == "upper", q, np.zeros((2, 0))
+    return _entry(effect, effect.vector(values))
+
+
+def _entry(effect: Effect, numbers: FloatArray) -> _Row:
+    entry = np.zeros((), dtype=ENTRY)
+    entry["code"], entry["senses"] = effect.code, effect.senses
+    entry["idle"] = effect.senses and not effect.states
+    entry["states"], entry["switches"] = effect.states, effect.switches
+    entry["drives"] = effect.replaces_balance
+    entry["upper"], entry["delayed"] = effect.equation == "upper", bool(effect.delay)
+    entry["q"][: len(numbers)] = numbers
+    if effect.delay:
+        entry["delay"] = numbers[[p.name for p in effect.parameters].index(effect.delay)]
+    return int(effect.replaces_balance), entry, np.zeros((2, 0))
 
 
 def _check_component(name: str, equation: str, rig: Rig) -> None:
@@ -148,11 +182,13 @@ def _table_row(entry: Mapping[str, Any], rig: Rig) -> _Row:
     table = np.array([knots, values])
     period = _period(entry, coordinate)
     if period > 0.0:
-        table = _closed(table, period)
-    q = np.zeros(WIDTH)
-    q[:4] = COORDINATES.index(coordinate), ACTIONS.index(action), table.shape[1], period
-    rank = 2 if action.startswith("friction") else 1
-    return rank, TABLE, action.startswith("angle"), action.endswith("_u"), q, table
+        table = np.ascontiguousarray(_closed(table, period))
+    row = np.zeros((), dtype=ENTRY)
+    row["code"], row["table"], row["switches"] = tabulated.address, table.ctypes.data, 1
+    row["senses"] = row["idle"] = action.startswith("angle")
+    row["upper"] = action.endswith("_u")
+    row["q"][:4] = COORDINATES.index(coordinate), ACTIONS.index(action), table.shape[1], period
+    return 0, row, table
 
 
 def _action(entry: Mapping[str, Any]) -> str:

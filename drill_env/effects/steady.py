@@ -1,18 +1,11 @@
-"""Effects that are functions of the voltage and the rig's state alone, on turning discs."""
+"""Which effects leave a rig that can turn steadily."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
-from drill_env._types import FloatArray
 from drill_env.effects import LIBRARY
-from drill_env.effects._signal import RESPONSE, SIGNAL
-from drill_env.effects._steady import torques_at
-from drill_env.effects.declared import declared, new_memories
-from drill_env.friction import kernel_record
 from drill_env.parameters import Rig
 
 _STEADY_TABLES = ("voltage", "twist", "omega_u", "omega_l", "omega_u - omega_l")
@@ -23,38 +16,20 @@ def acting(rig: Rig) -> Rig:
     return rig.replace(effects=tuple(e for e in rig.effects if not _senses(e)))
 
 
+def lasting(rig: Rig) -> Rig:
+    """The rig without the effects that a constant voltage or only its encoders leave nothing of."""
+    kept = (e for e in acting(rig).effects if not _passing(e))
+    return rig.replace(effects=tuple(kept))
+
+
 def unsteady(rig: Rig) -> list[str]:
-    """Ids of the effects that act on the motion and remember, or follow time or an angle."""
-    return [str(e.get("id")) for e in acting(rig).effects if not _steady(e)]
+    """Ids of the effects with which the rig never turns steadily, see `Effect.autonomous`."""
+    return [str(e.get("id")) for e in acting(rig).effects if not _autonomous(e)]
 
 
 def cornered(rig: Rig) -> bool:
     """Whether an effect is a function with corners, so that second derivatives mean nothing."""
     return any(e.get("id") == "table" for e in acting(rig).effects)
-
-
-def steady_torques(rig: Rig, volts: FloatArray, states: FloatArray) -> FloatArray:
-    """Torques of the effects that `unsteady` does not name, where both discs turn forward.
-
-    Args:
-        rig: parameters and effects.
-        volts: V, shape (n,).
-        states: twist (rad), omega_u, omega_l (rad/s), shape (n, 3).
-
-    Returns:
-        Nm on the upper and lower disc, shape (n, 2).
-
-    Raises:
-        InputError: an effect of the rig is wrong.
-    """
-    rig = rig.replace(effects=tuple(e for e in acting(rig).effects if _steady(e)))
-    bundle, out = declared(rig), np.zeros((len(volts), 2))
-    torques_at(
-        kernel_record(rig)[0], bundle, new_memories(bundle), np.zeros(1, dtype=SIGNAL)[0],
-        np.zeros(1, dtype=RESPONSE)[0], np.ascontiguousarray(volts, dtype=float),
-        np.ascontiguousarray(states, dtype=float), out,
-    )  # fmt: skip
-    return out
 
 
 def _senses(entry: Mapping[str, Any]) -> bool:
@@ -64,8 +39,13 @@ def _senses(entry: Mapping[str, Any]) -> bool:
     return name in LIBRARY and LIBRARY[str(name)].senses
 
 
-def _steady(entry: Mapping[str, Any]) -> bool:
+def _autonomous(entry: Mapping[str, Any]) -> bool:
     if entry.get("id") == "table":
         return entry.get("depends_on") in _STEADY_TABLES and "period" not in entry
     name = str(entry.get("id"))
-    return name in LIBRARY and LIBRARY[name].steady
+    return name in LIBRARY and LIBRARY[name].autonomous
+
+
+def _passing(entry: Mapping[str, Any]) -> bool:
+    name = str(entry.get("id"))
+    return name in LIBRARY and LIBRARY[name].passing

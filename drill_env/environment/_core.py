@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.effects.declared import declared, new_memories
+from drill_env.effects.declared import declared
 from drill_env.environment._extended import Extension, start_extended, step_extended
 from drill_env.environment._kernel import start_row, step_rows
+from drill_env.environment._layout import lay_out
 from drill_env.environment._records import (
     REWARD_TERMS,
     ROW,
@@ -32,9 +33,7 @@ from drill_env.environment.config import (
 )
 from drill_env.friction import kernel_record
 from drill_env.friction._kernels import fill_clamp
-from drill_env.integrator._extended import new_scratch
 from drill_env.integrator._tableau import tableau
-from drill_env.integrator.extended import substep_counts
 from drill_env.parameters import Rig, uncertainty
 from drill_env.parameters.uncertainty import perturb_record
 
@@ -72,17 +71,25 @@ class EnvCore:
         self.setting = self._setting()
         self.buffers = new_buffers(config.samples, config.control_period, config.rtol)
         self.settling = new_buffers(1, config.control_period, 1e-7)
-        self.extension = self._extension() if config.rig.effects else None
+        self.acts = False
+        self.extension: Extension | None = None
+        self._extend()
         self.nobody = np.zeros(n, dtype=np.bool_)
         self._rngs: dict[int, np.random.Generator] = {}
 
-    def _extension(self) -> Extension:
-        config = self.config
-        bundle = declared(config.rig)
-        memories = np.repeat(new_memories(bundle)[None], self.n, axis=0)
-        samples = np.array([0.0, config.control_period / config.samples])
-        scratch = new_scratch(config.rtol, 0.1 * config.rtol, logged=64)
-        return Extension(bundle, memories, scratch, int(substep_counts(config.rig, samples)[0]))
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.row, kept = self.rows.row, self.extension
+        # Addresses mean nothing in another process or to a copy.
+        self._extend()
+        if kept is not None and self.extension is not None:
+            self.extension.volts[:], self.extension.past[:] = kept.volts, kept.past
+
+    def _extend(self) -> None:
+        effects = declared(self.config.rig)
+        self.acts, self.extension = effects.acts, None
+        if self.config.rig.effects:
+            self.extension = lay_out(self.config, self.n, effects, self.buffers)
 
     def _largest_delay(self) -> float:
         return self.config.encoder.delay_s + max(self.spread.delay_s, 0.2)
@@ -133,16 +140,8 @@ class EnvCore:
             for i in np.flatnonzero(self.row["noise_row"] >= _NOISE_ROWS):
                 self._draw_noise(int(i))
         skip = self.nobody if skip is None else skip
-        plain = (
-            0,
-            self.n,
-            skip,
-            volts,
-            self.rows,
-            self.setting[0],
-            tableau(self.config.method)[0],
-            self.buffers,
-        )
+        pair = tableau(self.config.method, effects=self.acts)[0]
+        plain = (0, self.n, skip, volts, self.rows, self.setting[0], pair, self.buffers)
         if self.extension is None:
             failed = step_rows(*plain)
         else:
@@ -187,7 +186,8 @@ class EnvCore:
         if self.extension is None:
             start_row(i, self.rows, self.setting[0])
         else:
-            start_extended(i, self.rows, self.setting[0], self.extension)
+            pair = tableau(self.config.method, effects=self.acts)[0]
+            start_extended(i, self.rows, self.setting[0], pair, self.buffers, self.extension)
 
     def _draw_plant(self, row: Any, uniforms: FloatArray, options: Mapping[str, Any]) -> float:
         factors = self.spread.draw(uniforms)

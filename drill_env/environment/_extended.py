@@ -2,56 +2,112 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
 from drill_env._jit import entry, kernel
-from drill_env._types import FloatArray
-from drill_env.effects._bundle import Bundle, forget_all
-from drill_env.environment._kernel import end_period, fill_reward, fill_torques, follow_schedule
+from drill_env._types import FloatArray, IntArray
+from drill_env.effects._readings import errors_in
+from drill_env.effects._signal import RESTING
+from drill_env.environment._kernel import end_period, fill_reward, follow_schedule
 from drill_env.environment._sensing import fill_observation, start_sensors
-from drill_env.integrator._advance import DONE
-from drill_env.integrator._extended import Scratch, read_errors, run_substep
-from drill_env.integrator._modes import start_mode
-from drill_env.integrator._records import N_STATE
+from drill_env.integrator._advance import DONE, LOG_FULL, advance
+from drill_env.integrator._effects import rates_now
+from drill_env.integrator._records import MOST_INNER, N_STATE
+from drill_env.integrator._signatures import call_change
+
+# Of `start_with_effects`: modes and inner states anew.
+_ALL = 3
 
 
 class Extension(NamedTuple):
     """What environments with effects need beside the others."""
 
-    bundle: Bundle
-    memories: FloatArray  # one set of them for each environment
-    scratch: Scratch
-    substeps: int  # between encoder samples
+    entries: np.ndarray  # records of `ENTRY`
+    begin: int  # address of `start_with_effects`
+    signal: np.ndarray
+    ports: np.ndarray
+    delay: float  # by which the voltage acts late, s
+    volts: FloatArray  # of the last periods, in a ring, V; shape (environments, periods)
+    breaks: FloatArray  # ends of a period's pieces
+    pieces: FloatArray
+    times: FloatArray  # of all that is sampled in a period, s
+    per: int  # samples from one of the encoders to the next
+    places: IntArray  # of each effect: intervals back, and which sample of these
+    past: FloatArray  # angles in a ring, rad; shape (environments, intervals, per, 2)
+    late: FloatArray
+    out: FloatArray
+    inner: FloatArray
+    modes: IntArray
 
 
 @kernel
-def run_period(row, extension, memories, setting, tab, times, out):
-    """Carry one environment over a control period; samples with their errors go to `out`."""
-    p, run, scratch = row.p, row.run, extension.scratch
-    start, count, begin = row.step * setting.period, extension.substeps, 0.0
-    run.steps = 0
-    for j in range(times.size):
-        first = times[j - 1] if j > 0 else 0.0
-        width = (times[j] - first) / count
-        for i in range(count):
-            end = times[j] if i + 1 == count else first + (i + 1) * width
-            # The signal's record serves all environments in turn.
-            scratch.signal[0].first = 1 if row.step == 0 and j == 0 and i == 0 else 0
-            run.logged = 0
-            status = run_substep(
-                p, run, tab, extension.bundle, memories, scratch, begin, end, start, row.voltage
-            )
-            if status != DONE:
-                return status
-            begin = end
-        t = start + times[j]
-        read_errors(
-            p, run, extension.bundle, memories, scratch, t, times[j] - first, row.voltage
+def load_voltages(i, row, extension, setting, work):
+    """Pieces of the present period; the past of the voltage changes within it once."""
+    x, ring = extension, extension.volts[i]
+    ring[row.step % ring.size] = row.voltage
+    whole = int(x.delay / setting.period + 1e-9)
+    part = max(x.delay - whole * setting.period, 0.0)
+    x.breaks[0], x.breaks[1], x.breaks[2] = 0.0, part, setting.period
+    x.pieces[0, 0] = x.pieces[1, 0] = row.voltage
+    x.pieces[0, 1] = ring[(row.step - whole - 1) % ring.size]
+    x.pieces[1, 1] = ring[(row.step - whole) % ring.size]
+    work.late = 1
+    return 1 if part < 1e-9 else 0
+
+
+@kernel
+def run_period(i, row, extension, setting, tab, buffers):
+    """Carry one environment over a control period; samples with their errors go to `buffers`."""
+    x, run, work = extension, row.run, buffers.work[0]
+    skipped = load_voltages(i, row, extension, setting, work)
+    run.t, run.origin = 0.0, row.step * setting.period
+    run.piece, run.sample, run.steps = skipped, 0, 0
+    status = LOG_FULL
+    while status == LOG_FULL:
+        run.logged = 0
+        status = advance(
+            row.p, run, work, tab, x.breaks, x.pieces, x.times, x.out, x.modes, buffers.log,
+            buffers.sens,
         )  # fmt: skip
-        for k in range(N_STATE):
-            out[j, k] = run.y[k]
-        answer = scratch.response[0]
-        out[j, 0] += answer.angle_u - answer.angle_l
-        out[j, 3] += answer.angle_l
-    return DONE
+    if status == DONE:
+        for j in range(setting.samples):
+            read_sample(i, j, row, extension, setting, buffers.out)
+    return status
+
+
+@kernel
+def read_sample(i, j, row, extension, setting, out):
+    """Encoder sample `j` of the period with its errors."""
+    x, s = extension, extension.signal[0]
+    last, now = (j + 1) * x.per - 1, row.step * setting.samples + j
+    ring = x.past[i]
+    for a in range(x.per):
+        state = x.out[j * x.per + a]
+        ring[now % ring.shape[0], a, 0] = state[0] + state[3]
+        ring[now % ring.shape[0], a, 1] = state[3]
+    for k in range(x.entries.size):
+        place = ring[(now - x.places[k, 0]) % ring.shape[0], x.places[k, 1]]
+        x.late[k, 0], x.late[k, 1] = place[0], place[1]
+    state = x.out[last]
+    s.t, s.u = row.run.origin + x.times[last], row.voltage
+    s.twist, s.omega_u, s.omega_l, s.theta_l = state[0], state[1], state[2], state[3]
+    s.theta_u = state[0] + state[3]
+    errors_in(row.p, x.entries, s, x.ports[0], x.inner[last], x.late)
+    for k in range(N_STATE):
+        out[j, k] = state[k]
+    out[j, 0] += x.ports[0].angle_u - x.ports[0].angle_l
+    out[j, 3] += x.ports[0].angle_l
+
+
+@kernel
+def fill_own_torques(row, work, tab):
+    """Friction torques (Nm) of the rig's own laws, those that hold where a disc rests."""
+    if work.acting == 0:
+        return
+    rates_now(row.p, row.run, work, tab, row.voltage)
+    s, mode = work.signal, row.run.mode
+    row.torque[0] = work.net[0] if mode[0] == 0 else mode[0] * s.friction_u
+    row.torque[1] = work.net[1] if mode[1] == 0 else mode[1] * s.friction_l
 
 
 @entry
@@ -65,29 +121,40 @@ def step_extended(first, last, skip, volts, rows, setting, tab, buffers, extensi
         old = row.voltage
         row.voltage = min(max(volts[i], -limit), limit)
         follow_schedule(row, rows.schedule_steps[i], rows.schedule_values[i])
-        if run_period(
-            row, extension, extension.memories[i], setting, tab, buffers.times, buffers.out
-        ) != DONE:  # fmt: skip
+        if run_period(i, row, extension, setting, tab, buffers) != DONE:
             return i
         end_period(i, rows, old, buffers.out, setting)
-        fill_torques(row)
-        # The balance of a disc gives its friction less what the effects add.
-        row.torque[0] += row.p.load_u
-        row.torque[1] += row.p.load_l
+        fill_own_torques(row, buffers.work[0], tab)
         fill_observation(row, False, setting, rows.observation[i])
     return -1
 
 
 @entry
-def start_extended(i, rows, setting, extension):
+def start_extended(i, rows, setting, tab, buffers, extension):
     """As `start_row`, with effects that remember nothing yet."""
-    row, memories, scratch = rows.row[i], extension.memories[i], extension.scratch
-    forget_all(memories)
-    start_mode(row.p, row.run, row.voltage)
-    scratch.signal[0].first = 1
-    read_errors(row.p, row.run, extension.bundle, memories, scratch, 0.0, 0.0, row.voltage)
-    answer = scratch.response[0]
-    start_sensors(row, rows.ring[i], setting, answer.angle_u, answer.angle_l)
+    row, x, work = rows.row[i], extension, buffers.work[0]
+    run, y, s = row.run, row.run.y, extension.signal[0]
+    run.t = run.origin = 0.0
+    run.push[0] = run.push[1] = 0
+    for r in range(MOST_INNER):
+        run.z[r] = 0.0
+    before = 0.0 if abs(y[1]) < RESTING else row.voltage
+    for k in range(x.volts.shape[1]):
+        x.volts[i, k] = before
+    work.start, work.end, work.coefficients, work.late = 0.0, 1.0, 1, 1
+    work.piece[0], work.past[0] = row.voltage, before
+    call_change(x.begin, row.p, run, work, tab, _ALL, row.voltage)
+    ring = x.past[i]
+    for k in range(ring.shape[0]):
+        for a in range(x.per):
+            ring[k, a, 0], ring[k, a, 1] = y[0] + y[3], y[3]
+    for k in range(x.entries.size):
+        x.late[k, 0], x.late[k, 1] = y[0] + y[3], y[3]
+    s.t, s.u = 0.0, row.voltage
+    s.twist, s.omega_u, s.omega_l, s.theta_l = y[0], y[1], y[2], y[3]
+    s.theta_u = y[0] + y[3]
+    errors_in(row.p, x.entries, s, x.ports[0], run.z, x.late)
+    start_sensors(row, rows.ring[i], setting, x.ports[0].angle_u, x.ports[0].angle_l)
     fill_reward(row, row.voltage, setting)
-    fill_torques(row)
+    fill_own_torques(row, work, tab)
     fill_observation(row, True, setting, rows.observation[i])

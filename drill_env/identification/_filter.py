@@ -160,7 +160,7 @@ def run_filter(
                 release(f, run, e, gap, variance, t[k] - t[k - 1])
         f.load[0], f.load[1] = loads[k, 0], loads[k, 1]
         stop_reversed(f, run)
-        if effects.bundle.codes.size > 0 and k + 1 < t.size:
+        if effects.entries.size > 0 and k + 1 < t.size:
             load_state(f, p, run)
             look_ahead(f, p, run, effects, t[k], t[k + 1] - t[k], u[k])
         follow_modes(f, p, run, u[k])

@@ -1,6 +1,6 @@
 """Compiled effects that act at the filtered state: they decide when a disc rests.
 
-As in a simulation, a torque is taken at the foreseen middle of an interval and held over it.
+A torque is the mean over an interval of foreseen motion and is held over it.
 """
 
 from math import ceil
@@ -10,9 +10,9 @@ import numpy as np
 
 from drill_env._jit import kernel
 from drill_env._types import FloatArray, IntArray
-from drill_env.effects._bundle import Bundle, add_torques
+from drill_env.dynamics._kernels import lower_rate, upper_rate
+from drill_env.effects._along import over_interval
 from drill_env.identification._filter_state import D_L, D_U
-from drill_env.integrator._extended import foresee
 from drill_env.integrator._records import N_STATE
 
 # rad/s; small against any motion, far above rounding.
@@ -20,28 +20,30 @@ _STEP = 1e-6
 # Where a disc comes to rest or leaves it, torques are held for so many seconds at most.
 _HOLD = 1e-3
 
-REMEMBERED = 8
-"""Most numbers that such an effect remembers."""
-
 
 class Acting(NamedTuple):
-    """Effects with what they remember and what they say."""
+    """Effects with what they remember and what they say.
 
-    bundle: Bundle
+    Memories are inner states, then branches, then the time for which the lower disc has rested.
+    """
+
+    entries: np.ndarray
     discs: IntArray  # 1 where one of them acts on the upper, lower disc
     memories: FloatArray
     trial: FloatArray
     after: FloatArray
     signal: np.ndarray
-    response: np.ndarray
+    ports: np.ndarray
+    motion: FloatArray  # begin, rates and rates of the interval's first part
+    mean: FloatArray
+    z: FloatArray
 
 
 @kernel
 def forget_acting(f, effects):
     """Begin anew."""
-    for i in range(effects.memories.shape[0]):
-        for j in range(effects.memories.shape[1]):
-            effects.memories[i, j] = 0.0
+    for i in range(effects.memories.size):
+        effects.memories[i] = 0.0
     f.acted[0] = f.acted[1] = 0.0
     f.fresh = 1
 
@@ -49,56 +51,81 @@ def forget_acting(f, effects):
 @kernel
 def recall(source, goal):
     """Copy memories."""
-    for i in range(source.shape[0]):
-        for j in range(source.shape[1]):
-            goal[i, j] = source[i, j]
+    for i in range(source.size):
+        goal[i] = source[i]
 
 
 @kernel
-def moving_share(effects, run, s, disc):
-    """Share of the foreseen interval until a disc of the effects comes to rest; 1 without end."""
+def moving_share(effects, run, disc, rate, dt):
+    """Share of the interval until a disc of the effects comes to rest; 1 without end."""
     omega = run.y[1 + disc]
-    rate = s.alpha_u if disc == 0 else s.alpha_l
     if effects.discs[disc] == 0 or run.mode[disc] == 0 or omega == 0.0:
         return 1.0
-    if omega * rate >= 0.0 or abs(rate) * s.dt <= abs(omega):
+    if omega * rate >= 0.0 or abs(rate) * dt <= abs(omega):
         return 1.0
-    return abs(omega) / (abs(rate) * s.dt)
+    return abs(omega) / (abs(rate) * dt)
 
 
 @kernel
-def slide(s, disc, speed, dt):
-    """Let the signal's disc turn at a speed for some time."""
-    s.dt = dt
-    if disc == 0:
-        s.omega_u = speed
-    else:
-        s.omega_l = speed
+def ask_all(f, p, effects, t, dt, u, share):
+    """Carry all effects over a straight part of the interval; their mean torques are added."""
+    s, memory, inner = effects.signal[0], effects.trial, 0
+    for i in range(effects.entries.size):
+        inner += effects.entries[i].states
+    dwell = memory[memory.size - 1]
+    torque_u = torque_l = 0.0
+    for i in range(effects.entries.size):
+        e = effects.entries[i]
+        for j in range(e.states):
+            e.z[j] = memory[e.first_state + j]
+        for j in range(e.switches):
+            e.side[j] = int(memory[inner + e.first_switch + j])
+        s.first, s.dwell_l = f.fresh, dwell
+        s.other_u, s.other_l = torque_u, torque_l
+        effects.mean[0] = effects.mean[1] = 0.0
+        over_interval(
+            p, e, s, effects.ports[0], effects.motion[0], effects.motion[1], t, dt, u, effects.z,
+            effects.mean,
+        )  # fmt: skip
+        torque_u += effects.mean[0]
+        torque_l += effects.mean[1]
+        for j in range(e.states):
+            memory[e.first_state + j] = e.z[j]
+        for j in range(e.switches):
+            memory[inner + e.first_switch + j] = e.side[j]
+    rests = effects.motion[0, 2] == 0.0 and effects.motion[1, 2] == 0.0
+    memory[memory.size - 1] = dwell + dt if rests else 0.0
+    f.answer[0] += share * torque_u
+    f.answer[1] += share * torque_l
 
 
 @kernel
 def answer(f, p, run, effects, t, dt, u):
-    """Mean torques over `dt` s from the integrator's state go to the response."""
-    s, out = effects.signal[0], effects.response[0]
+    """Mean torques over `dt` s from the integrator's state go to `f.answer`."""
+    y, mode, begin, rate = run.y, run.mode, effects.motion[0], effects.motion[1]
     recall(effects.memories, effects.trial)
-    s.first = f.fresh
-    foresee(p, run, s, t, dt, u)
+    rate[0], rate[3] = y[1] - y[2], y[2]
+    rate[1] = upper_rate(p, mode[0], y[0], y[1], u)
+    rate[2] = lower_rate(p, mode[1], mode[2], y[0], y[2])
+    f.rates[0], f.rates[1] = rate[1], rate[2]
+    for i in range(N_STATE):
+        begin[i] = y[i]
+    f.answer[0] = f.answer[1] = 0.0
+    fresh = f.fresh
     for disc in range(2):
-        share = moving_share(effects, run, s, disc)
+        share = moving_share(effects, run, disc, rate[1 + disc], dt)
         if share < 1.0:
             # It slides until it rests: by steps, the torque would jump where a little more speed
             # carries it through.
-            speed = 0.5 * run.y[1 + disc]
-            slide(s, disc, speed, share * dt)
-            add_torques(p, effects.bundle, effects.trial, s, out)
-            torque_u, torque_l = out.torque_u, out.torque_l
-            s.first = 0
-            slide(s, disc, 0.0, (1.0 - share) * dt)
-            add_torques(p, effects.bundle, effects.trial, s, out)
-            out.torque_u = share * torque_u + (1.0 - share) * out.torque_u
-            out.torque_l = share * torque_l + (1.0 - share) * out.torque_l
+            ask_all(f, p, effects, t, share * dt, u, share)
+            f.fresh = 0
+            for i in range(N_STATE):
+                begin[i] += share * dt * rate[i]
+            begin[1 + disc] = rate[1 + disc] = 0.0
+            ask_all(f, p, effects, t + share * dt, (1.0 - share) * dt, u, 1.0 - share)
+            f.fresh = fresh
             return
-    add_torques(p, effects.bundle, effects.trial, s, out)
+    ask_all(f, p, effects, t, dt, u, 1.0)
 
 
 @kernel
@@ -114,27 +141,25 @@ def commit(f, p, effects, memories, torque_u, torque_l):
 @kernel
 def act(f, p, run, effects, t, dt, u):
     """What the effects do over `dt` s from the integrator's state."""
-    out = effects.response[0]
     answer(f, p, run, effects, t, dt, u)
-    commit(f, p, effects, effects.trial, out.torque_u, out.torque_l)
+    commit(f, p, effects, effects.trial, f.answer[0], f.answer[1])
 
 
 @kernel
 def look_ahead(f, p, run, effects, t, dt, u):
     """What the effects do over the coming interval of `dt` s, or its first part, and the slopes."""
-    out = effects.response[0]
     answer(f, p, run, effects, t, dt, u)
     recall(effects.trial, effects.after)
-    f.parts = parts_of(run, effects, dt)
-    torque_u, torque_l = out.torque_u, out.torque_l
+    f.parts = parts_of(f, run, effects, dt)
+    torque_u, torque_l = f.answer[0], f.answer[1]
     for disc in range(2):
         kept = run.y[1 + disc]
         f.bend[0, disc] = f.bend[1, disc] = 0.0
         if effects.discs[disc] != 0 and kept != 0.0:
             run.y[1 + disc] = kept + _STEP
             answer(f, p, run, effects, t, dt, u)
-            f.bend[0, disc] = (out.torque_u - torque_u) / _STEP
-            f.bend[1, disc] = (out.torque_l - torque_l) / _STEP
+            f.bend[0, disc] = (f.answer[0] - torque_u) / _STEP
+            f.bend[1, disc] = (f.answer[1] - torque_l) / _STEP
             run.y[1 + disc] = kept
     if f.parts == 1:
         commit(f, p, effects, effects.after, torque_u, torque_l)
@@ -143,11 +168,10 @@ def look_ahead(f, p, run, effects, t, dt, u):
 
 
 @kernel
-def parts_of(run, effects, dt):
+def parts_of(f, run, effects, dt):
     """Into how many parts an interval is cut: one, but where such a disc rests or is about to."""
-    s = effects.signal[0]
-    rests_u = run.mode[0] == 0 or s.omega_u == 0.0
-    rests_l = run.mode[1] == 0 or s.omega_l == 0.0
+    rests_u = run.mode[0] * (run.y[1] + f.rates[0] * dt) <= 0.0
+    rests_l = run.mode[1] * (run.y[2] + f.rates[1] * dt) <= 0.0
     if (effects.discs[0] != 0 and rests_u) or (effects.discs[1] != 0 and rests_l):
         return int(ceil(dt / _HOLD - 1e-6))
     return 1

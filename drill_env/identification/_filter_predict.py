@@ -84,7 +84,7 @@ def predict(f, p, run, work, tab, breaks, piece, effects, buffers):
         f.F[i, D_L] = work.sens[i, LOAD_L]
         for c in range(f.slopes):
             f.FS[i, c] = work.sens[i, FIRST_PARAMETER + c] if c < N_PARAMETERS else 0.0
-    if effects.bundle.codes.size > 0:
+    if effects.entries.size > 0:
         bend_transition(f)
     spread_covariance(f, dt)
     return DONE

@@ -25,6 +25,8 @@ FILTER = np.dtype(
         # Effects at the filtered state: their torques (Nm), the slopes of these by the speeds,
         # into how many parts the coming interval is cut, and whether nothing came before.
         ("acted", "f8", (2,)),
+        ("answer", "f8", (2,)),
+        ("rates", "f8", (2,)),  # of both speeds, foreseen, rad/s^2
         ("bend", "f8", (2, 2)),
         ("parts", "i8"),
         ("fresh", "i8"),

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from drill_env._types import BoolArray, FloatArray, IntArray
-from drill_env.effects._bundle import Bundle
-from drill_env.effects._signal import RESPONSE, SIGNAL
+from drill_env.effects._signal import MOST_STATES, PORTS, SIGNAL
+from drill_env.effects.declared import Declared
 from drill_env.friction import kernel_record
 from drill_env.identification._filter import run_filter
-from drill_env.identification._filter_effects import REMEMBERED, Acting
+from drill_env.identification._filter_effects import Acting
 from drill_env.identification._filter_state import (
     FILTER,
     N_FILTER,
@@ -125,12 +125,13 @@ class _Run(NamedTuple):
     slopes: FloatArray
 
 
-def _acting(bundle: Bundle) -> Acting:
-    shape = (len(bundle.codes), REMEMBERED)
-    discs = np.array([bundle.upper.any(), not bundle.upper.all()], dtype=np.int64)
+def _acting(effects: Declared) -> Acting:
+    upper = effects.entries["upper"] != 0
+    discs = np.array([upper.any(), not upper.all()], dtype=np.int64)
+    memory = np.zeros(effects.inner + effects.switches + 1)
     return Acting(
-        bundle, discs, np.zeros(shape), np.zeros(shape), np.zeros(shape),
-        np.zeros(1, dtype=SIGNAL), np.zeros(1, dtype=RESPONSE),
+        effects.entries, discs, memory, memory.copy(), memory.copy(), np.zeros(1, dtype=SIGNAL),
+        np.zeros(1, dtype=PORTS), np.zeros((2, 4)), np.zeros(2), np.zeros((5, MOST_STATES)),
     )  # fmt: skip
 
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
-from drill_env.effects._bundle import Bundle
-from drill_env.effects.declared import bundled
+from drill_env.effects.declared import Declared, bundled
 from drill_env.identification._filter_state import N_START
 from drill_env.identification.initial_state import state_at
 from drill_env.identification.readings import (
@@ -61,7 +60,7 @@ class Samples:
     restarts: IntArray
     starts: FloatArray
     spreads: FloatArray
-    acting: Bundle = NOTHING
+    acting: Declared = NOTHING
     release: float = 0.0
     relative: bool = False
 

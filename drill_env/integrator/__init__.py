@@ -2,6 +2,7 @@
 
 from drill_env.integrator.batch import simulate_batch
 from drill_env.integrator.simulate import REST, NegativeFrictionWarning, simulate
+from drill_env.integrator.steady import first_inner, vector_field
 from drill_env.integrator.trajectory import Disc, Events, Kind, Trajectory
 from drill_env.integrator.voltage import (
     Voltage,
@@ -21,8 +22,10 @@ __all__ = [
     "Voltage",
     "as_voltage",
     "constant_voltage",
+    "first_inner",
     "function_voltage",
     "sampled_voltage",
     "simulate",
     "simulate_batch",
+    "vector_field",
 ]

@@ -1,13 +1,26 @@
 """Compiled event-driven integration through a piecewise-polynomial voltage."""
 
-from drill_env._jit import entry, inlined, kernel, unit
-from drill_env.integrator._events import LOWER, UPPER, first_event
+from math import inf
+
+from numba import int64
+
+from drill_env._jit import (
+    address_of,
+    entry,
+    inlined,
+    kernel,
+    number_at,
+    store_number,
+    store_whole,
+    unit,
+)
+from drill_env.integrator._events import LOWER, LOWER_LAW, first_event
 from drill_env.integrator._modes import MAXIMUM, MINIMUM, change, note, overdue
 from drill_env.integrator._records import N_STATE
 from drill_env.integrator._signatures import ADVANCE, call_advance, call_fill, call_step
-from drill_env.integrator._step import dense_at, fill_rates
+from drill_env.integrator._step import dense_at, fill_rates, inner_at
 from drill_env.integrator._variational import copy_sensitivity
-from drill_env.integrator._voltage_piece import voltage_at
+from drill_env.integrator._voltage_piece import load_piece, voltage_at
 
 DONE, LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS = 0, 1, 2, 3
 
@@ -18,59 +31,64 @@ _CHATTER_STEP = 1e-7
 _LOG_MARGIN = 8
 
 
-@kernel
-def load_piece(run, work, breaks, pieces):
-    """Make the present voltage piece the one that steps read."""
-    work.start, work.end = breaks[run.piece], breaks[run.piece + 1]
-    work.coefficients = pieces.shape[1]
-    for i in range(pieces.shape[1]):
-        work.piece[i] = pieces[run.piece, i]
-    work.has_rates = 0
-
-
 @inlined
-def load_rates(p, run, work):
+def load_rates(p, run, work, tab):
     """Stage 0 of the step that starts now."""
     for i in range(N_STATE):
         work.ys[0, i] = run.y[i]
     if not work.has_rates:
-        fill_rates(p, run, work, 0, voltage_at(work, run.t))
+        for r in range(work.inner):
+            work.zs[0, r] = run.z[r]
+        fill_rates(p, run, work, tab, 0.0, int64(0), voltage_at(work, run.t))
         work.has_rates = 1
 
 
 @kernel
-def pass_overdue(p, run, work, log):
+def pass_overdue(p, run, work, tab):
     """Change a mode that cannot last; whether one was."""
     u = voltage_at(work, run.t)
-    for which in (UPPER, LOWER):
-        if overdue(which, p, run, work, u):
-            change(which, p, run, work, log, u)
+    for which in range(3 + work.switches):
+        if which != LOWER_LAW and overdue(which, p, run, work, u):
+            change(which, p, run, work, tab, u)
             run.chatter += 1
             return True
     return False
 
 
+@inlined
+def next_sample(run, work):
+    """Time of the next sample (s), infinity after the last one."""
+    return number_at(work.t_eval, run.sample) if run.sample < work.samples else inf
+
+
 @kernel
-def rest_to_end(run, work, t_eval, out, modes, sens_out):
+def rest_to_end(run, work):
     """Both discs stuck under a constant voltage: nothing moves until the piece ends."""
-    while run.sample < t_eval.size and t_eval[run.sample] <= work.end:
+    while next_sample(run, work) <= work.end:
         for i in range(N_STATE):
-            out[run.sample, i] = run.y[i]
-        modes[run.sample, 0] = modes[run.sample, 1] = 0
-        if work.sensitivity:
-            copy_sensitivity(work, sens_out, run.sample)
-        run.sample += 1
+            store_number(work.out, run.sample * N_STATE + i, run.y[i])
+        end_sample(run, work)
     run.t = work.end
     run.chatter = 0
 
 
 @inlined
-def choose_step(run, work, t_eval):
+def end_sample(run, work):
+    """What is the same over a whole step at the present sample."""
+    store_whole(work.modes, 2 * run.sample, run.mode[0])
+    store_whole(work.modes, 2 * run.sample + 1, run.mode[1])
+    if work.sensitivity:
+        copy_sensitivity(work, run.sample)
+    run.sample += 1
+
+
+@inlined
+def choose_step(run, work):
     """Step to try, and the time at which it ends exactly (or infinity)."""
     target = work.end
-    if work.sensitivity and run.sample < t_eval.size:
+    if work.sensitivity:
         # Sensitivities have no dense output: end a step at every sample.
-        target = min(target, t_eval[run.sample])
+        target = min(target, next_sample(run, work))
     limit = target - run.t
     h = min(run.h, work.max_step)
     if run.chatter >= _CHATTER_LIMIT:
@@ -101,7 +119,7 @@ def adapt(run, tab, h, clipped, error):
 
 
 @kernel
-def note_turn(run, work, tab, h, log):
+def note_turn(run, work, tab, h):
     """Log the turning point of omega_l inside the step."""
     first = work.k[0, 2]
     a, b = 0.0, 1.0
@@ -117,28 +135,27 @@ def note_turn(run, work, tab, h, log):
     s = 0.5 * (a + b)
     for i in range(N_STATE):
         work.turn[i] = dense_at(work, tab, i, s)
-    note(log, run, run.t + s * h, LOWER, MAXIMUM if first > 0.0 else MINIMUM, work.turn)
+    note(work, run, run.t + s * h, LOWER, MAXIMUM if first > 0.0 else MINIMUM, work.turn)
 
 
 @inlined
-def write_samples(run, work, tab, h, t_new, t_eval, out, modes, sens_out):
+def write_samples(run, work, tab, h, t_new):
     """Fill the samples in (t, t_new]."""
-    while run.sample < t_eval.size and t_eval[run.sample] <= t_new:
-        row = run.sample
-        s = (t_eval[row] - run.t) / h
+    while next_sample(run, work) <= t_new:
+        now, row = next_sample(run, work), run.sample
+        s = (now - run.t) / h
         for i in range(N_STATE):
-            if t_eval[row] == t_new:
-                out[row, i] = work.ys[tab.stages, i]
-            else:
-                out[row, i] = dense_at(work, tab, i, s)
-        modes[row, 0], modes[row, 1] = run.mode[0], run.mode[1]
-        if work.sensitivity:
-            copy_sensitivity(work, sens_out, row)
-        run.sample += 1
+            value = work.ys[tab.stages, i] if now == t_new else dense_at(work, tab, i, s)
+            store_number(work.out, row * N_STATE + i, value)
+        if work.inner_out != 0:
+            for r in range(work.inner):
+                value = work.zs[tab.stages, r] if now == t_new else inner_at(work, tab, r, s)
+                store_number(work.inner_out, row * work.inner + r, value)
+        end_sample(run, work)
 
 
 @kernel
-def finish_step(p, run, work, tab, h, t_new, t_eval, out, modes, log, sens_out):
+def finish_step(p, run, work, tab, h, t_new):
     """Accept the step: samples, turning points, sensitivities, new state."""
     last = tab.stages
     # A released disc starts with a rate of about +-1e-17: no turning point.
@@ -148,33 +165,46 @@ def finish_step(p, run, work, tab, h, t_new, t_eval, out, modes, log, sens_out):
         and abs(work.k[0, 2]) > 1e-10
         and work.k[0, 2] * work.k[last, 2] < 0.0
     )
-    if turns or (run.sample < t_eval.size and t_eval[run.sample] < t_new):
+    if turns or next_sample(run, work) < t_new:
         call_fill(tab.fill, p, run, work, tab, h)
     if work.sensitivity:
         call_fill(tab.carry, p, run, work, tab, h)
-    write_samples(run, work, tab, h, t_new, t_eval, out, modes, sens_out)
+    write_samples(run, work, tab, h, t_new)
     if turns:
-        note_turn(run, work, tab, h, log)
+        note_turn(run, work, tab, h)
     for i in range(N_STATE):
         run.y[i] = work.ys[last, i]
         work.k[0, i] = work.k[last, i]
     work.shares[0, 0], work.shares[0, 1] = work.shares[last, 0], work.shares[last, 1]
+    if work.acting != 0:
+        keep_inner(run, work, last)
     run.max_speed = max(run.max_speed, abs(run.y[2]))
     run.t = t_new
     run.chatter = 0
 
 
 @kernel
-def one_step(p, run, work, tab, t_eval, out, modes, log, sens_out):
+def keep_inner(run, work, last):
+    """Inner states, their rates and the event functions of a step's end are those of the next."""
+    for r in range(work.inner):
+        run.z[r] = work.zs[0, r] = work.zs[last, r]
+        work.kz[0, r] = work.kz[last, r]
+    for j in range(3 + work.switches):
+        work.gaps[0, j] = work.gaps[last, j]
+
+
+@kernel
+def one_step(p, run, work, tab):
     """One try: a mode change, a rest, a rejected or an accepted step."""
-    load_rates(p, run, work)
+    load_rates(p, run, work, tab)
     watching = run.chatter < _CHATTER_LIMIT
-    if watching and pass_overdue(p, run, work, log):
+    if watching and pass_overdue(p, run, work, tab):
         return DONE
-    if watching and run.mode[0] == 0 and run.mode[1] == 0 and work.coefficients == 1:
-        rest_to_end(run, work, t_eval, out, modes, sens_out)
-        return DONE
-    h, t_new = choose_step(run, work, t_eval)
+    if watching and run.mode[0] == 0 and run.mode[1] == 0 and work.acting == 0:
+        if work.coefficients == 1:
+            rest_to_end(run, work)
+            return DONE
+    h, t_new = choose_step(run, work)
     clipped = t_new < 1e300
     error = call_step(tab.step, p, run, work, tab, h)
     run.steps += 1
@@ -187,26 +217,26 @@ def one_step(p, run, work, tab, t_eval, out, modes, log, sens_out):
     if watching:
         which, h = first_event(p, run, work, tab, h)
     if which >= 0 and h == 0.0:
-        change(which, p, run, work, log, voltage_at(work, run.t))
+        change(which, p, run, work, tab, voltage_at(work, run.t))
         run.chatter += 1
         return DONE
     if which >= 0 or not clipped:
         t_new = run.t + h
-    finish_step(p, run, work, tab, h, t_new, t_eval, out, modes, log, sens_out)
+    finish_step(p, run, work, tab, h, t_new)
     if which >= 0:
-        change(which, p, run, work, log, voltage_at(work, run.t))
+        change(which, p, run, work, tab, voltage_at(work, run.t))
     return DONE
 
 
 @unit(ADVANCE)
-def run_pieces(p, run, work, tab, breaks, pieces, t_eval, out, modes, log, sens_out):
+def run_pieces(p, run, work, tab):
     """What `advance` calls."""
-    while run.piece < pieces.shape[0]:
-        load_piece(run, work, breaks, pieces)
+    while run.piece < work.piece_count:
+        load_piece(run, work)
         while run.t < work.end:
-            if run.logged + _LOG_MARGIN > log.size:
+            if run.logged + _LOG_MARGIN > work.log_size:
                 return LOG_FULL
-            status = one_step(p, run, work, tab, t_eval, out, modes, log, sens_out)
+            status = one_step(p, run, work, tab)
             if status != DONE:
                 return status
         run.piece += 1
@@ -223,16 +253,20 @@ def advance(p, run, work, tab, breaks, pieces, t_eval, out, modes, log, sens_out
         work: record of `WORK`, options and working arrays.
         tab: record of `TABLEAU`.
         breaks: ends of the voltage pieces in s, shape (n + 1,).
-        pieces: polynomial coefficients in the share of each piece, shape (n, d).
+        pieces: polynomial coefficients in the share of each piece, then `work.late` of those of
+            the voltage a delay ago; shape (n, d).
         t_eval: sample times in s, ascending, after the start; shape (m,).
         out: states at the samples, shape (m, 4).
         modes: disc modes at the samples, shape (m, 2).
         log: records of `EVENT`.
-        sens_out: sensitivities at the samples, shape (m, 4, 18), or empty.
+        sens_out: sensitivities at the samples, shape (m, 4, 20), or empty.
 
     Returns:
         `DONE`, `LOG_FULL` (empty the log and call again) or a failure.
     """
-    return call_advance(
-        tab.advance, p, run, work, tab, breaks, pieces, t_eval, out, modes, log, sens_out
-    )
+    work.breaks, work.pieces, work.piece_count = address_of(breaks), address_of(pieces), len(pieces)
+    work.coefficients = pieces.shape[1] - work.late
+    work.t_eval, work.samples = address_of(t_eval), t_eval.size
+    work.out, work.modes, work.sens_out = address_of(out), address_of(modes), address_of(sens_out)
+    work.log, work.log_size = address_of(log), log.size
+    return call_advance(tab.advance, p, run, work, tab)

@@ -71,15 +71,17 @@ A12_11 = 0.04471061572777259
 
 
 @kernel
-def dop853_stages(p, run, work, h, us):
+def dop853_stages(p, run, work, tab, h, us):
     """Fill stages 1 to 12 of a step of `h` s; `us` holds their voltages."""
-    ys, k, mode = work.ys, work.k, run.mode
+    ys, k = work.ys, work.k
     x, v, w = ys[0, 0], ys[0, 1], ys[0, 2]
     x0, v0, w0 = k[0, 0], k[0, 1], k[0, 2]
     x1, v1, w1 = keep_stage(
         p,
-        mode,
+        run,
         work,
+        tab,
+        h,
         int64(1),
         x + h * (A1_0 * x0),
         v + h * (A1_0 * v0),
@@ -88,8 +90,10 @@ def dop853_stages(p, run, work, h, us):
     )
     x2, v2, w2 = keep_stage(
         p,
-        mode,
+        run,
         work,
+        tab,
+        h,
         int64(2),
         x + h * (A2_0 * x0 + A2_1 * x1),
         v + h * (A2_0 * v0 + A2_1 * v1),
@@ -98,8 +102,10 @@ def dop853_stages(p, run, work, h, us):
     )
     x3, v3, w3 = keep_stage(
         p,
-        mode,
+        run,
         work,
+        tab,
+        h,
         int64(3),
         x + h * (A3_0 * x0 + A3_2 * x2),
         v + h * (A3_0 * v0 + A3_2 * v2),
@@ -108,8 +114,10 @@ def dop853_stages(p, run, work, h, us):
     )
     x4, v4, w4 = keep_stage(
         p,
-        mode,
+        run,
         work,
+        tab,
+        h,
         int64(4),
         x + h * (A4_0 * x0 + A4_2 * x2 + A4_3 * x3),
         v + h * (A4_0 * v0 + A4_2 * v2 + A4_3 * v3),
@@ -118,8 +126,10 @@ def dop853_stages(p, run, work, h, us):
     )
     x5, v5, w5 = keep_stage(
         p,
-        mode,
+        run,
         work,
+        tab,
+        h,
         int64(5),
         x + h * (A5_0 * x0 + A5_3 * x3 + A5_4 * x4),
         v + h * (A5_0 * v0 + A5_3 * v3 + A5_4 * v4),
@@ -128,8 +138,10 @@ def dop853_stages(p, run, work, h, us):
     )
     x6, v6, w6 = keep_stage(
         p,
-        mode,
+        run,
         work,
+        tab,
+        h,
         int64(6),
         x + h * (A6_0 * x0 + A6_3 * x3 + A6_4 * x4 + A6_5 * x5),
         v + h * (A6_0 * v0 + A6_3 * v3 + A6_4 * v4 + A6_5 * v5),
@@ -138,8 +150,10 @@ def dop853_stages(p, run, work, h, us):
     )
     x7, v7, w7 = keep_stage(
         p,
-        mode,
+        run,
         work,
+        tab,
+        h,
         int64(7),
         x + h * (A7_0 * x0 + A7_3 * x3 + A7_4 * x4 + A7_5 * x5 + A7_6 * x6),
         v + h * (A7_0 * v0 + A7_3 * v3 + A7_4 * v4 + A7_5 * v5 + A7_6 * v6),
@@ -148,8 +162,10 @@ def dop853_stages(p, run, work, h, us):
     )
     x8, v8, w8 = keep_stage(
         p,
-        mode,
+        run,
         work,
+        tab,
+        h,
         int64(8),
         x + h * (A8_0 * x0 + A8_3 * x3 + A8_4 * x4 + A8_5 * x5 + A8_6 * x6 + A8_7 * x7),
         v + h * (A8_0 * v0 + A8_3 * v3 + A8_4 * v4 + A8_5 * v5 + A8_6 * v6 + A8_7 * v7),
@@ -158,8 +174,10 @@ def dop853_stages(p, run, work, h, us):
     )
     x9, v9, w9 = keep_stage(
         p,
-        mode,
+        run,
         work,
+        tab,
+        h,
         int64(9),
         x + h * (A9_0 * x0 + A9_3 * x3 + A9_4 * x4 + A9_5 * x5 + A9_6 * x6 + A9_7 * x7 + A9_8 * x8),
         v + h * (A9_0 * v0 + A9_3 * v3 + A9_4 * v4 + A9_5 * v5 + A9_6 * v6 + A9_7 * v7 + A9_8 * v8),
@@ -168,8 +186,10 @@ def dop853_stages(p, run, work, h, us):
     )
     x10, v10, w10 = keep_stage(
         p,
-        mode,
+        run,
         work,
+        tab,
+        h,
         int64(10),
         x
         + h
@@ -211,8 +231,10 @@ def dop853_stages(p, run, work, h, us):
     )
     x11, v11, w11 = keep_stage(
         p,
-        mode,
+        run,
         work,
+        tab,
+        h,
         int64(11),
         x
         + h
@@ -257,8 +279,10 @@ def dop853_stages(p, run, work, h, us):
     )
     keep_stage(
         p,
-        mode,
+        run,
         work,
+        tab,
+        h,
         int64(LAST),
         x
         + h

@@ -30,29 +30,40 @@ P61, P62, P63 = 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423
 
 
 @kernel
-def dopri5_stages(p, run, work, h, us):
+def dopri5_stages(p, run, work, tab, h, us):
     """Fill stages 1 to 6 of a step of `h` s; `us` holds their voltages."""
-    ys, k, mode = work.ys, work.k, run.mode
+    ys, k = work.ys, work.k
     x, v, w = ys[0, 0], ys[0, 1], ys[0, 2]
     x0, v0, w0 = k[0, 0], k[0, 1], k[0, 2]
     x1, v1, w1 = keep_stage(
-        p, mode, work, int64(1), x + h * (A10 * x0), v + h * (A10 * v0), w + h * (A10 * w0), us[0]
+        p,
+        run,
+        work,
+        tab,
+        h,
+        int64(1),
+        x + h * (A10 * x0),
+        v + h * (A10 * v0),
+        w + h * (A10 * w0),
+        us[0],
     )
     x2, v2, w2 = keep_stage(
-        p, mode, work, int64(2), x + h * (A20 * x0 + A21 * x1), v + h * (A20 * v0 + A21 * v1),
+        p, run, work, tab, h, int64(2), x + h * (A20 * x0 + A21 * x1),
+        v + h * (A20 * v0 + A21 * v1),
         w + h * (A20 * w0 + A21 * w1), us[1],
     )  # fmt: skip
     x3, v3, w3 = keep_stage(
-        p, mode, work, int64(3), x + h * (A30 * x0 + A31 * x1 + A32 * x2),
+        p, run, work, tab, h, int64(3), x + h * (A30 * x0 + A31 * x1 + A32 * x2),
         v + h * (A30 * v0 + A31 * v1 + A32 * v2), w + h * (A30 * w0 + A31 * w1 + A32 * w2), us[2],
     )  # fmt: skip
     x4, v4, w4 = keep_stage(
-        p, mode, work, int64(4), x + h * (A40 * x0 + A41 * x1 + A42 * x2 + A43 * x3),
+        p, run, work, tab, h, int64(4), x + h * (A40 * x0 + A41 * x1 + A42 * x2 + A43 * x3),
         v + h * (A40 * v0 + A41 * v1 + A42 * v2 + A43 * v3),
         w + h * (A40 * w0 + A41 * w1 + A42 * w2 + A43 * w3), us[3],
     )  # fmt: skip
     x5, v5, w5 = keep_stage(
-        p, mode, work, int64(5), x + h * (A50 * x0 + A51 * x1 + A52 * x2 + A53 * x3 + A54 * x4),
+        p, run, work, tab, h, int64(5),
+        x + h * (A50 * x0 + A51 * x1 + A52 * x2 + A53 * x3 + A54 * x4),
         v + h * (A50 * v0 + A51 * v1 + A52 * v2 + A53 * v3 + A54 * v4),
         w + h * (A50 * w0 + A51 * w1 + A52 * w2 + A53 * w3 + A54 * w4), us[4],
     )  # fmt: skip
@@ -60,7 +71,8 @@ def dopri5_stages(p, run, work, h, us):
         B0 * k[0, 3] + B2 * k[2, 3] + B3 * k[3, 3] + B4 * k[4, 3] + B5 * k[5, 3]
     )
     keep_stage(
-        p, mode, work, int64(LAST), x + h * (B0 * x0 + B2 * x2 + B3 * x3 + B4 * x4 + B5 * x5),
+        p, run, work, tab, h, int64(LAST),
+        x + h * (B0 * x0 + B2 * x2 + B3 * x3 + B4 * x4 + B5 * x5),
         v + h * (B0 * v0 + B2 * v2 + B3 * v3 + B4 * v4 + B5 * v5),
         w + h * (B0 * w0 + B2 * w2 + B3 * w3 + B4 * w4 + B5 * w5), us[4],
     )  # fmt: skip

@@ -2,12 +2,13 @@
 
 from drill_env._jit import inlined, kernel
 from drill_env.dynamics._kernels import clamp_event, lower_event, upper_event
-from drill_env.integrator._signatures import call_fill, call_step
+from drill_env.integrator._signatures import call_fill, call_gap, call_step
 from drill_env.integrator._step import dense_at
 from drill_env.integrator._voltage_piece import voltage_at, voltage_slope
 
 UPPER, LOWER, LOWER_LAW = 0, 1, 2
 _SAMPLES = 16
+_SLOPE_SHARE = 1e-4
 
 
 @kernel
@@ -22,10 +23,20 @@ def stage_event(which, p, run, work, stage, t):
     return clamp_event(p, mode[1], mode[2], ys[stage, 2], k[stage, 2])
 
 
+@inlined
+def asks_effects(which, run, work):
+    """Whether effects decide on an event: a switch of theirs, or the release of a disc at rest."""
+    if work.acting == 0 or which == LOWER_LAW:
+        return False
+    return which > LOWER_LAW or run.mode[which] == 0
+
+
 @kernel
 def dense_event(which, p, run, work, tab, h, s):
-    """Event function of disc `which` at share `s` of the step, from the dense output."""
+    """Event function `which` at share `s` of the step, from the dense output."""
     mode = run.mode
+    if asks_effects(which, run, work):
+        return call_gap(tab.gap, p, run, work, tab, h, s, which)
     if which != LOWER_LAW and mode[which] != 0:
         return mode[which] * dense_at(work, tab, 1 + which, s)
     if which == LOWER_LAW:
@@ -54,9 +65,20 @@ def slip_may_end(sign, row, work, last):
     return low < 0.5 * high and sign * k[0, row] < 0.0 < sign * k[last, row]
 
 
+@kernel
+def gap_may_close(which, work, last):
+    """Whether an event function of a rig with effects is negative at a stage."""
+    for i in range(last + 1):
+        if work.gaps[i, which] < 0.0:
+            return True
+    return False
+
+
 @inlined
 def may_end(which, p, run, work, last, h):
-    """Whether disc `which` can change mode inside the step; errs on the side of yes."""
+    """Whether event `which` can happen inside the step; errs on the side of yes."""
+    if asks_effects(which, run, work):
+        return gap_may_close(which, work, last)
     if which == LOWER_LAW:
         if not p.clamp or run.mode[1] == 0:
             return False
@@ -117,13 +139,27 @@ def root_share(which, p, run, work, tab, h, left, right):
 
 
 @kernel
+def share_of_return(which, p, run, work, tab, h, width):
+    """Where a switch that has just been passed closes again before `width`, 0 if it stays shut."""
+    if which > LOWER_LAW:
+        left, right = 0.5 * width, width
+        for _ in range(20):
+            if dense_event(which, p, run, work, tab, h, left) > 0.0:
+                return root_share(which, p, run, work, tab, h, left, right)
+            left, right = 0.5 * left, left
+    return 0.0
+
+
+@kernel
 def first_share(which, p, run, work, tab, h):
     """Share of the step at which disc `which` first changes mode, 2 if it does not."""
     width = 1.0 / _SAMPLES
     before = dense_event(which, p, run, work, tab, h, 0.0)
     here = dense_event(which, p, run, work, tab, h, width)
+    if here < 0.0 and before <= 0.0:
+        return share_of_return(which, p, run, work, tab, h, width)
     if here < 0.0:
-        return 0.0 if before <= 0.0 else root_share(which, p, run, work, tab, h, 0.0, width)
+        return root_share(which, p, run, work, tab, h, 0.0, width)
     for i in range(2, _SAMPLES + 1):
         s = i * width
         after = dense_event(which, p, run, work, tab, h, s)
@@ -143,10 +179,22 @@ def polish(which, p, run, work, tab, h, limit):
 
     Leaves the stages of the step to the event behind.
     """
-    last = tab.stages
+    last, whole = tab.stages, limit
+    judged = work.acting != 0 and (
+        which > LOWER_LAW or (which < LOWER_LAW and run.mode[which] == 0)
+    )
+    value = slope = 0.0
+    if judged:
+        # Only the effects know how the function rises; the slope need not be exact.
+        near, far = h / whole, h / whole - _SLOPE_SHARE
+        slope = dense_event(which, p, run, work, tab, whole, near)
+        slope = (slope - dense_event(which, p, run, work, tab, whole, far)) / (_SLOPE_SHARE * whole)
     for _ in range(4):
         call_step(tab.step, p, run, work, tab, h)
-        value, slope = stage_event(which, p, run, work, last, run.t + h)
+        if judged:
+            value = work.gaps[last, which]
+        else:
+            value, slope = stage_event(which, p, run, work, last, run.t + h)
         # A graze has no slope to divide by; the dense root is then kept.
         if slope >= 0.0 or abs(value) <= work.event_tol or abs(value) > 0.1 * h * abs(slope):
             break
@@ -164,7 +212,7 @@ def first_event(p, run, work, tab, h):
     The stages left behind are those of the step to the event.
     """
     share, which, has_dense = 2.0, -1, False
-    for disc in range(3):
+    for disc in range(3 + work.switches):
         if may_end(disc, p, run, work, tab.stages, h):
             if not has_dense:
                 call_fill(tab.fill, p, run, work, tab, h)

@@ -1,6 +1,6 @@
 """Compiled slip/stick transitions: which mode follows which."""
 
-from drill_env._jit import entry, inlined, kernel
+from drill_env._jit import entry, inlined, kernel, placed
 from drill_env.dynamics._kernels import (
     lower_margin,
     lower_rate,
@@ -8,9 +8,16 @@ from drill_env.dynamics._kernels import (
     upper_rate,
 )
 from drill_env.integrator._events import LOWER, LOWER_LAW, UPPER
-from drill_env.integrator._records import N_STATE
+from drill_env.integrator._records import EVENT, N_STATE
+from drill_env.integrator._signatures import call_change
 
 STICK, SLIP, REVERSAL, MAXIMUM, MINIMUM, CLAMP = 0, 1, 2, 3, 4, 5
+# Whose event it is, if neither a disc's nor the lower law's.
+EFFECT = 3
+# What lies this little on the other side is there by rounding.
+_CLOSED = 1e-11
+
+event_at = placed(EVENT)
 
 
 @kernel
@@ -62,8 +69,12 @@ def transit(which, p, run, u):
 
 @inlined
 def overdue(which, p, run, work, u):
-    """Whether disc `which` must change mode right now, before any step."""
+    """Whether event `which` must happen right now, before any step."""
+    if which > LOWER_LAW:
+        return work.gaps[0, which] < -_CLOSED
     direction = run.mode[which]
+    if direction == 0 and work.acting != 0:
+        return work.gaps[0, which] < 0.0
     if direction == 0:
         return margin_of(which, p, run, u)[0] < 0.0
     speed = direction * run.y[1 + which]
@@ -72,11 +83,11 @@ def overdue(which, p, run, work, u):
 
 
 @kernel
-def note(log, run, t, disc, kind, y):
+def note(work, run, t, which, kind, y):
     """Write one event down."""
-    entry = log[run.logged]
+    entry = event_at(work.log, run.logged)
     entry.t = t
-    entry.disc = disc
+    entry.disc = min(which, EFFECT)
     entry.kind = kind
     for i in range(N_STATE):
         entry.y[i] = y[i]
@@ -96,9 +107,15 @@ def salt(work, row, factor):
 
 
 @kernel
-def change(which, p, run, work, log, u):
-    """Pass disc `which` through its event: new mode, saltation, log entry."""
+def change(which, p, run, work, tab, u):
+    """Pass event `which`: new mode, saltation, log entry."""
     y, mode = run.y, run.mode
+    if work.acting != 0 and which != LOWER_LAW:
+        kind = call_change(tab.change, p, run, work, tab, which, u)
+        note(work, run, run.t, which, kind, y)
+        run.events += 1
+        work.has_rates = 0
+        return
     slipping = which != LOWER_LAW and mode[which] != 0
     before_u = upper_rate(p, mode[0], y[0], y[1], u)
     before_l = lower_rate(p, mode[1], mode[2], y[0], y[2])
@@ -107,6 +124,12 @@ def change(which, p, run, work, log, u):
         salt(work, 1, upper_rate(p, mode[0], y[0], y[1], u) / before_u)
     elif work.sensitivity and slipping:
         salt(work, 2, lower_rate(p, mode[1], mode[2], y[0], y[2]) / before_l)
-    note(log, run, run.t, which, kind, y)
+    note(work, run, run.t, which, kind, y)
     run.events += 1
     work.has_rates = 0
+
+
+@entry
+def start_any(p, run, work, tab, code, wanted, u):
+    """See `_effects.start_with_effects`, whose address is `code`."""
+    return call_change(code, p, run, work, tab, wanted, u)

@@ -61,30 +61,61 @@ def scaled(work, i, last):
     return 1.0 / (work.atol + work.rtol * size)
 
 
+@kernel
+def inner_errors(work, tab):
+    """Squared scaled errors of the inner states by both estimates, before the step's length."""
+    n, high2, low2 = tab.stages, 0.0, 0.0
+    for r in range(work.inner):
+        high = low = 0.0
+        for j in range(n + 1):
+            high += tab.error_high[j] * work.kz[j, r]
+            low += tab.error_low[j] * work.kz[j, r]
+        size = max(abs(work.zs[0, r]), abs(work.zs[n, r]))
+        scale = 1.0 / (work.atol + work.rtol * size)
+        high2 += (high * scale) ** 2
+        low2 += (low * scale) ** 2
+    return high2, low2
+
+
+@kernel
+def inner_dense(work, tab, h):
+    """Monomial coefficients of the inner states over the step."""
+    for r in range(work.inner):
+        for m in range(tab.degree):
+            total = 0.0
+            for j in range(tab.stages + tab.extra + 1):
+                total += tab.dense[j, m] * work.kz[j, r]
+            work.dense_z[r, m] = h * total
+
+
 @unit(STEP)
 def bs23_step(p, run, work, tab, h):
     """Fill the stages; returns the scaled error, of which at most 1 is accepted."""
-    bs23_stages(p, run, work, h, few_stage_voltages(run, work, tab, h))
+    bs23_stages(p, run, work, tab, h, few_stage_voltages(run, work, tab, h))
     total = 0.0
     for i in range(3):
         total += (bs23_error(work.k, i) * scaled(work, i, tab.stages)) ** 2
-    return h * sqrt(total / 3.0)
+    if work.inner != 0:
+        total += inner_errors(work, tab)[0]
+    return h * sqrt(total / (3.0 + work.inner))
 
 
 @unit(STEP)
 def dopri5_step(p, run, work, tab, h):
     """As `bs23_step`."""
-    dopri5_stages(p, run, work, h, stage_voltages(run, work, tab, h))
+    dopri5_stages(p, run, work, tab, h, stage_voltages(run, work, tab, h))
     total = 0.0
     for i in range(3):
         total += (dopri5_error(work.k, i) * scaled(work, i, tab.stages)) ** 2
-    return h * sqrt(total / 3.0)
+    if work.inner != 0:
+        total += inner_errors(work, tab)[0]
+    return h * sqrt(total / (3.0 + work.inner))
 
 
 @unit(STEP)
 def dop853_step(p, run, work, tab, h):
     """As `bs23_step`."""
-    dop853_stages(p, run, work, h, long_stage_voltages(run, work, tab, h))
+    dop853_stages(p, run, work, tab, h, long_stage_voltages(run, work, tab, h))
     n = tab.stages
     high2 = low2 = 0.0
     for i in range(3):
@@ -95,22 +126,27 @@ def dop853_step(p, run, work, tab, h):
         scale = scaled(work, i, n)
         high2 += (high * scale) ** 2
         low2 += (low * scale) ** 2
+    if work.inner != 0:
+        inner_high2, inner_low2 = inner_errors(work, tab)
+        high2, low2 = high2 + inner_high2, low2 + inner_low2
     if high2 == 0.0:
         return 0.0
     # Hairer's combination of the fifth and third order estimates (DOP853).
-    return h * high2 / sqrt((high2 + 0.01 * low2) * 3.0)
+    return h * high2 / sqrt((high2 + 0.01 * low2) * (3.0 + work.inner))
 
 
 @unit(FILL)
 def bs23_fill(p, run, work, tab, h):
     """Monomial coefficients of the state over the step."""
     bs23_dense(work, h)
+    inner_dense(work, tab, h)
 
 
 @unit(FILL)
 def dopri5_fill(p, run, work, tab, h):
     """As `bs23_fill`."""
     dopri5_dense(work, h)
+    inner_dense(work, tab, h)
 
 
 @kernel
@@ -133,7 +169,7 @@ def extra_stages(p, run, work, tab, h, first, last):
         ys[i, 3] = ys[0, 3] + h * d3
         if work.coefficients > 1:
             u = voltage_at(work, run.t + tab.c[i] * h)
-        fill_rates(p, run, work, i, u)
+        fill_rates(p, run, work, tab, h, i, u)
 
 
 @unit(FILL)
@@ -147,3 +183,4 @@ def dop853_fill(p, run, work, tab, h):
             for j in range(last + 1):
                 total += tab.dense[j, m] * work.k[j, i]
             work.dense[i, m] = h * total
+    inner_dense(work, tab, h)

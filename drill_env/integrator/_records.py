@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from drill_env.effects._signal import MOST_BRANCHES, MOST_INNER, PORTS, SIGNAL
 from drill_env.parameters._record import N_PARAMETERS
 
 N_STATE = 4
@@ -11,6 +12,8 @@ FIRST_PARAMETER = N_STATE + 2
 N_COLUMNS = FIRST_PARAMETER + N_PARAMETERS
 MAX_COEFFICIENTS = 8
 MAX_STAGES = 16
+# Place for a state that is no stage of a step.
+SPARE = MAX_STAGES
 DOP853, DOPRI5, BS23 = 0, 1, 2
 
 # Longer steps leap over the steep friction near rest without the error estimate noticing.
@@ -30,6 +33,12 @@ RUN = np.dtype(
         ("rejected", "i8"),
         ("events", "i8"),
         ("chatter", "i8"),  # events since time last moved
+        # Of rigs with effects: these count time from here, and the rest is theirs.
+        ("origin", "f8"),
+        ("z", "f8", (MOST_INNER,)),  # inner states
+        ("branch", "i8", (MOST_BRANCHES,)),  # that each switch is on
+        ("push", "i8", (2,)),  # direction in which a disc at rest would leave
+        ("since", "f8", (2,)),  # when it came to rest, s
     ],
     align=True,
 )
@@ -49,10 +58,23 @@ WORK = np.dtype(
         ("end", "f8"),
         ("coefficients", "i8"),
         ("piece", "f8", (MAX_COEFFICIENTS,)),
+        ("past", "f8", (MAX_COEFFICIENTS,)),  # the voltage of a delay ago, in the same piece
+        ("late", "i8"),  # coefficients of that; 0 where nothing reads it
+        # Addresses and lengths of what `advance` was called with.
+        ("breaks", "i8"),
+        ("pieces", "i8"),
+        ("piece_count", "i8"),
+        ("t_eval", "i8"),
+        ("samples", "i8"),
+        ("out", "i8"),
+        ("modes", "i8"),
+        ("log", "i8"),
+        ("log_size", "i8"),
+        ("sens_out", "i8"),
         ("has_rates", "i8"),  # whether stage 0 is already filled
-        ("k", "f8", (MAX_STAGES, N_STATE)),
-        ("ys", "f8", (MAX_STAGES, N_STATE)),
-        ("shares", "f8", (MAX_STAGES, 2)),  # of the lower friction law at each stage
+        ("k", "f8", (MAX_STAGES + 1, N_STATE)),
+        ("ys", "f8", (MAX_STAGES + 1, N_STATE)),
+        ("shares", "f8", (MAX_STAGES + 1, 2)),  # of the lower friction law at each stage
         ("dense", "f8", (N_STATE, 7)),
         ("turn", "f8", (N_STATE,)),
         ("sens", "f8", (N_STATE, N_COLUMNS)),
@@ -63,6 +85,20 @@ WORK = np.dtype(
         # Of a short tableau's stages: slope of the lower law, forcing of every column.
         ("slopes", "f8", (6,)),
         ("force", "f8", (6, 2, N_COLUMNS)),
+        # Of rigs with effects: address and count of their entries, and working arrays.
+        ("effects", "i8"),
+        ("acting", "i8"),
+        ("inner", "i8"),  # inner states of all of them
+        ("switches", "i8"),
+        ("inner_out", "i8"),  # address of the inner states at the samples, or 0
+        ("zs", "f8", (MAX_STAGES + 1, MOST_INNER)),
+        ("kz", "f8", (MAX_STAGES + 1, MOST_INNER)),
+        ("dense_z", "f8", (MOST_INNER, 7)),
+        ("gaps", "f8", (MAX_STAGES + 1, 3 + MOST_BRANCHES)),  # a mode ends where one is negative
+        ("next", "i8", (MOST_BRANCHES,)),
+        ("net", "f8", (2,)),  # torques on the discs but for their friction, Nm
+        ("signal", SIGNAL),
+        ("ports", PORTS),
     ],
     align=True,
 )
@@ -79,6 +115,10 @@ TABLEAU = np.dtype(
         ("step", "i8"),
         ("fill", "i8"),
         ("carry", "i8"),
+        ("rates", "i8"),  # and these four are 0 where no effects are
+        ("stage", "i8"),
+        ("gap", "i8"),
+        ("change", "i8"),
         ("stages", "i8"),
         ("extra", "i8"),
         ("order", "f8"),
@@ -112,7 +152,7 @@ def new_work(
     work = np.zeros(1, dtype=WORK)
     work["rtol"], work["atol"], work["max_step"] = rtol, atol, max_step
     work["event_tol"] = event_tol
-    work["max_steps"] = 2_000_000_000
+    work["max_steps"] = 200_000_000
     work["extrema"], work["sensitivity"] = extrema, sensitivity
     work["columns"] = N_COLUMNS
     work["sens"][0, :, :N_STATE] = np.eye(N_STATE)

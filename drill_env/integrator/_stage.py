@@ -9,14 +9,18 @@ from drill_env.dynamics._kernels import (
     upper_rate,
 )
 from drill_env.integrator._records import FIRST_PARAMETER, LOAD_L, LOAD_U
+from drill_env.integrator._signatures import call_stage
 from drill_env.integrator._voltage_piece import voltage_at
 
 
 @inlined
-def keep_stage(p, mode, work, i, x, v, w, u):
+def keep_stage(p, run, work, tab, h, i, x, v, w, u):
     """Store state, rates and the lower law's shares of stage `i`; returns the rates."""
-    ys, k, shares = work.ys, work.k, work.shares
+    mode, ys, k, shares = run.mode, work.ys, work.k, work.shares
     ys[i, 0], ys[i, 1], ys[i, 2] = x, v, w
+    if work.acting != 0:
+        call_stage(tab.stage, p, run, work, tab, h, i, u)
+        return k[i, 0], k[i, 1], k[i, 2]
     rate_x = v - w
     rate_v = upper_rate(p, mode[0], x, v, u)
     rate_w, shares[i, 0], shares[i, 1] = lower_rate_with(p, mode[1], mode[2], x, w)

@@ -8,10 +8,10 @@ from drill_env.integrator._stage import keep_stage
 
 
 @inlined
-def fill_rates(p, run, work, stage, u):
+def fill_rates(p, run, work, tab, h, stage, u):
     """Rates of one stage from its state."""
     ys = work.ys
-    keep_stage(p, run.mode, work, stage, ys[stage, 0], ys[stage, 1], ys[stage, 2], u)
+    keep_stage(p, run, work, tab, h, stage, ys[stage, 0], ys[stage, 1], ys[stage, 2], u)
 
 
 @inlined
@@ -21,3 +21,12 @@ def dense_at(work, tab, component, s):
     for m in range(tab.degree - 2, -1, -1):
         value = value * s + work.dense[component, m]
     return work.ys[0, component] + value * s
+
+
+@inlined
+def inner_at(work, tab, r, s):
+    """Inner state `r` at share `s` of the step."""
+    value = 0.0
+    for m in range(tab.degree - 1, -1, -1):
+        value = (value + work.dense_z[r, m]) * s
+    return work.zs[0, r] + value

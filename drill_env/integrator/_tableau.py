@@ -10,6 +10,12 @@ from drill_env._types import FloatArray
 from drill_env.integrator._advance import run_pieces
 from drill_env.integrator._bs23 import bs23_sensitivity
 from drill_env.integrator._dopri5_variational import dopri5_sensitivity
+from drill_env.integrator._effects import (
+    change_with_effects,
+    gap_with_effects,
+    rates_with_effects,
+    stage_with_effects,
+)
 from drill_env.integrator._pairs import (
     bs23_fill,
     bs23_step,
@@ -80,15 +86,19 @@ METHODS = ("dop853", "dopri5")
 
 
 @functools.cache
-def tableau(name: str, sensitivity: bool = False) -> np.ndarray:
+def tableau(name: str, sensitivity: bool = False, effects: bool = False) -> np.ndarray:
     """A pair as a record, shape (1,), with the addresses of its code: for this process alone.
 
     Args:
         name: "dop853", "dopri5" or "bs23".
         sensitivity: whether it shall carry sensitivities too, which is more to compile.
+        effects: whether the rig has effects, likewise.
     """
     numbers, step, fill, carry = _PAIRS[name]
     out = numbers.copy()
     out["advance"], out["step"], out["fill"] = run_pieces.address, step.address, fill.address
     out["carry"] = carry.address if sensitivity else 0
+    if effects:
+        out["rates"], out["stage"] = rates_with_effects.address, stage_with_effects.address
+        out["gap"], out["change"] = gap_with_effects.address, change_with_effects.address
     return out

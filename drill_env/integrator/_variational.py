@@ -4,10 +4,16 @@ Columns are derivatives of (twist, omega_u, omega_l, theta_l): four by the initi
 state, two by the external torques, then one per parameter of `drill_env.parameters`.
 """
 
-from drill_env._jit import kernel, unit
+from drill_env._jit import kernel, store_number, unit
 from drill_env.dynamics._kernels import fill_jacobian, fill_parameter_rates
 from drill_env.friction._kernels import shares
-from drill_env.integrator._records import FIRST_PARAMETER, LOAD_L, LOAD_U, N_STATE
+from drill_env.integrator._records import (
+    FIRST_PARAMETER,
+    LOAD_L,
+    LOAD_U,
+    N_COLUMNS,
+    N_STATE,
+)
 from drill_env.integrator._signatures import FILL
 from drill_env.integrator._voltage_piece import voltage_at
 from drill_env.parameters._record import N_PARAMETERS
@@ -69,8 +75,8 @@ def step_sensitivity(p, run, work, tab, h):
 
 
 @kernel
-def copy_sensitivity(work, sens_out, row):
+def copy_sensitivity(work, row):
     """Keep the present sensitivities as those of sample `row`."""
     for r in range(N_STATE):
         for c in range(work.columns):
-            sens_out[row, r, c] = work.sens[r, c]
+            store_number(work.sens_out, (row * N_STATE + r) * N_COLUMNS + c, work.sens[r, c])

@@ -1,6 +1,18 @@
 """Compiled voltage of the present piece, a polynomial in the share of its length."""
 
-from drill_env._jit import kernel
+from drill_env._jit import kernel, number_at
+
+
+@kernel
+def load_piece(run, work):
+    """Make the present voltage piece the one that steps read."""
+    columns = work.coefficients + work.late
+    work.start, work.end = number_at(work.breaks, run.piece), number_at(work.breaks, run.piece + 1)
+    for i in range(work.coefficients):
+        work.piece[i] = number_at(work.pieces, run.piece * columns + i)
+    for i in range(work.late):
+        work.past[i] = number_at(work.pieces, run.piece * columns + work.coefficients + i)
+    work.has_rates = 0
 
 
 @kernel
@@ -13,6 +25,16 @@ def voltage_at(work, t):
     value = work.piece[n - 1]
     for i in range(n - 2, -1, -1):
         value = value * s + work.piece[i]
+    return value
+
+
+@kernel
+def past_voltage_at(work, t):
+    """Voltage (V) that held a delay before `t` (s)."""
+    s = (t - work.start) / (work.end - work.start)
+    value = 0.0
+    for i in range(work.late - 1, -1, -1):
+        value = value * s + work.past[i]
     return value
 
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 import warnings
+from dataclasses import replace
 
 import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray, Method, VoltageFunction
-from drill_env.friction import kernel_record, negative_range
+from drill_env.friction import negative_range
 from drill_env.integrator._advance import LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS, advance
-from drill_env.integrator._modes import start_mode
+from drill_env.integrator._prepared import Prepared
 from drill_env.integrator._records import (
     EVENT,
     LOAD_L,
@@ -22,8 +23,7 @@ from drill_env.integrator._records import (
     STEPS_PER_PERIOD,
     new_work,
 )
-from drill_env.integrator._tableau import METHODS, tableau
-from drill_env.integrator.extended import run_voltage
+from drill_env.integrator._tableau import METHODS
 from drill_env.integrator.trajectory import Events, Trajectory
 from drill_env.integrator.voltage import Voltage, as_voltage
 from drill_env.parameters import Rig
@@ -50,6 +50,7 @@ def simulate(
     rate: float | None = None,
     initial: FloatArray | None = None,
     modes: IntArray | None = None,
+    inner: FloatArray | None = None,
     method: Method = "dop853",
     rtol: float = 1e-10,
     atol: float = 1e-12,
@@ -58,23 +59,24 @@ def simulate(
 ) -> Trajectory:
     """Integrate the set-valued rig, with every stick, slip and reversal located.
 
-    A rig with effects runs with their torques held over `integrator.extended.SUBSTEP`, which
-    bounds the accuracy instead of the tolerances, with "dopri5" whatever the method; events are
-    those of the rig under the held torques, and time counts for effects as `t` does.
+    Effects of the rig are part of its equations of motion: their corners and jumps are located
+    as sticks and slips are, and time counts for them as `t` does.
 
     Args:
         rig: parameters.
-        voltage: constant (V), function of time, or `Voltage`.
+        voltage: constant (V), function of time, or `Voltage`, whose past before `t_start` an effect
+            may read.
         seconds: duration in s.
         t_start: time of the initial state in s.
         t_eval: sample times in s, ascending, within the run.
         rate: samples per second instead of `t_eval`; 200 Hz if neither is given.
         initial: (twist, omega_u, omega_l, theta_l), rest by default, shape (4,).
         modes: (upper, lower, clamped) to continue a run with, shape (3,).
+        inner: inner states of the effects to continue a run with, see `Trajectory.inner`.
         method: "dop853" (order 8) or "dopri5" (order 5).
         rtol: relative tolerance of a step.
         atol: absolute tolerance of a step.
-        extrema: also log the turning points of omega_l; not with effects.
+        extrema: also log the turning points of omega_l.
         sensitivity: also return d state / d (initial state, parameters); not with effects.
 
     Returns:
@@ -88,49 +90,68 @@ def simulate(
     t_end = t_start + seconds
     times = _sample_times(t_start, t_end, t_eval, rate)
     drive = as_voltage(voltage, t_start, t_end)
-    if rig.effects:
-        _check_extended(extrema, sensitivity)
-        start = _initial_state(initial)
-        extended = run_voltage(rig, drive, times, start, modes, rtol=rtol, atol=atol)
-        _warn_if_negative(rig, extended.max_speed)
-        return extended
+    if sensitivity and rig.effects:
+        raise InputError(
+            "sensitivity is not offered for a rig with [[effects]]: leave it out, or take the "
+            "rig without them, rig.replace(effects=())"
+        )
+    start = _initial_state(initial)
+    prepared = Prepared(rig, method, sensitivity)
     run = np.zeros(1, dtype=RUN)
-    run["y"], run["t"], run["h"] = _initial_state(initial), t_start, min(1e-3, seconds)
-    p = kernel_record(rig)
-    if modes is None:
-        start_mode(p[0], run[0], float(drive(t_start)))
-    else:
-        run["mode"] = modes
+    run["y"], run["t"], run["h"] = start, t_start, min(1e-3, seconds)
     work = new_work(
         rtol, atol, rig.natural_period / STEPS_PER_PERIOD, extrema=extrema, sensitivity=sensitivity
     )
+    prepared.equip(work)
+    prepared.start(run, work, float(drive(t_start)), modes, inner)
     # A stuck disc shrugs a small push off.
     for which in range(2):
         if run["mode"][0, which] == 0:
             work["sens"][0, 1 + which] = 0.0
-    return _integrate(p, run, work, tableau(method, sensitivity), drive, times, rig)
+    delays = prepared.effects.encoder_delays
+    asked = np.unique(np.concatenate([times, *(times - d for d in delays[delays > 0.0])]))
+    asked = asked if delays.any() else times
+    earlier = voltage if isinstance(voltage, Voltage) else None
+    pieces = prepared.drive(drive, work, start, earlier)
+    found = _integrate(prepared, run, work, drive, pieces, asked[asked >= t_start], rig)
+    return found if not prepared.effects.entries["senses"].any() else _read(prepared, found, times)
+
+
+def _read(prepared: Prepared, found: Trajectory, times: FloatArray) -> Trajectory:
+    """The run at the samples asked for, with the errors of its encoders there."""
+    rows = np.searchsorted(found.t, times)
+    delays = prepared.effects.encoder_delays
+    earlier = np.searchsorted(found.t, times[:, None] - delays)
+    late = np.stack([found.theta_u[earlier], found.theta_l[earlier]], axis=2)
+    states, inner = found.state[rows], found.inner[rows]
+    errors = prepared.errors(times, states, inner, np.ascontiguousarray(late))
+    return replace(
+        found, t=times, state=states, modes=found.modes[rows], inner=inner, errors=errors
+    )
 
 
 def _integrate(
-    p: np.ndarray,
+    prepared: Prepared,
     run: np.ndarray,
     work: np.ndarray,
-    pair: np.ndarray,
+    voltage: Voltage,
     drive: Voltage,
     times: FloatArray,
     rig: Rig,
 ) -> Trajectory:
-    count = len(times)
+    p, pair, count = prepared.p, prepared.pair, len(times)
     first = int(np.searchsorted(times, run["t"][0], side="right"))
     out = np.zeros((count, N_STATE))
     modes = np.zeros((count, 2), dtype=np.int64)
     sens = np.zeros((count if work["sensitivity"][0] else 0, N_STATE, N_COLUMNS))
+    inner = np.zeros((count, int(work["inner"][0])))
     out[:first], modes[:first] = run["y"][0], run["mode"][0, :2]
-    sens[:first] = work["sens"][0]
+    sens[:first], inner[:first] = work["sens"][0], run["z"][0, : inner.shape[1]]
     logs, status = [], LOG_FULL
     while status == LOG_FULL:
         log = np.zeros(1024 << min(len(logs), 10), dtype=EVENT)
         run["logged"] = 0
+        work["inner_out"] = inner[first:].ctypes.data if inner.size else 0
         status = advance(
             p[0], run[0], work[0], pair[0], drive.breaks, drive.pieces, times[first:],
             out[first:], modes[first:], log, sens[first:],
@@ -142,8 +163,9 @@ def _integrate(
     _check_status(status, end["t"], end["y"])
     _warn_if_negative(rig, end["max_speed"])
     return Trajectory(
-        times, out, modes, drive, Events.from_log(np.concatenate(logs)), kept, end["y"].copy(),
-        end["mode"].copy(), float(end["max_speed"]), int(end["steps"]),
+        times, out, modes, voltage, Events.from_log(np.concatenate(logs)), kept, end["y"].copy(),
+        end["mode"].copy(), float(end["max_speed"]), int(end["steps"]), inner,
+        end["z"][: inner.shape[1]].copy(),
     )  # fmt: skip
 
 
@@ -154,15 +176,6 @@ def _check(rig: Rig, seconds: float, rtol: float, atol: float, method: str) -> N
         raise InputError(f"rtol={rtol}, atol={atol}: give 1e-15 < rtol < 1 and atol > 0")
     if method not in METHODS:
         raise InputError(f"method is {method!r}: give one of {', '.join(METHODS)}")
-
-
-def _check_extended(extrema: bool, sensitivity: bool) -> None:
-    for name, asked in (("sensitivity", sensitivity), ("extrema", extrema)):
-        if asked:
-            raise InputError(
-                f"{name} is not offered for a rig with [[effects]]: leave it out, or take the "
-                "rig without them, rig.replace(effects=())"
-            )
 
 
 def _sample_times(

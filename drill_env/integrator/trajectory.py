@@ -17,6 +17,7 @@ class Disc(IntEnum):
     UPPER = 0
     LOWER = 1
     LOWER_LAW = 2
+    EFFECT = 3
 
 
 class Kind(IntEnum):
@@ -24,7 +25,8 @@ class Kind(IntEnum):
 
     ``STICK``: the disc comes to rest and stays. ``SLIP``: it breaks away.
     ``REVERSAL``: its velocity passes through zero. ``MAXIMUM``/``MINIMUM``: turning
-    points of omega_l, on request. ``CLAMP``: the clamped law switches.
+    points of omega_l, on request. ``CLAMP``: the clamped law switches. ``SWITCH``: an effect
+    passes a corner or a jump.
     """
 
     STICK = 0
@@ -33,6 +35,7 @@ class Kind(IntEnum):
     MAXIMUM = 3
     MINIMUM = 4
     CLAMP = 5
+    SWITCH = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +87,8 @@ class Trajectory:
         final_modes: (upper, lower, clamped) at the end, shape (3,).
         max_speed: largest abs(omega_l) at any step, rad/s.
         steps: accepted and rejected steps.
+        inner: inner states of the rig's effects at the samples, shape (n, m).
+        final_inner: those at the end, shape (m,).
         errors: of the encoders of theta_u and theta_l at the samples by the rig's effects, rad,
             shape (n, 2), or empty.
     """
@@ -98,6 +103,8 @@ class Trajectory:
     final_modes: IntArray
     max_speed: float
     steps: int
+    inner: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    final_inner: FloatArray = field(default_factory=lambda: np.zeros(0))
     errors: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
 
     @property

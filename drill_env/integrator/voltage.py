@@ -157,3 +157,42 @@ def _restrict(piece: FloatArray, a: float, b: float, low: float, high: float) ->
         out[: len(base)] += coefficient * base
         base = polynomial.polymul(base, line)[: len(piece)]
     return out
+
+
+def with_past(
+    voltage: Voltage, delay: float, before: float, source: Voltage
+) -> tuple[Voltage, int]:
+    """A voltage cut also where that of a delay ago changes.
+
+    Args:
+        voltage: over the run.
+        delay: s, 0 or more.
+        before: voltage before the source begins, V.
+        source: the same voltage, from as early as it is known.
+
+    Returns:
+        The voltage whose pieces hold, after their own coefficients, those of the voltage a delay
+        ago; and how many these are.
+    """
+    start, end = voltage.breaks[0], voltage.breaks[-1]
+    late = source.breaks + delay
+    breaks = np.unique(np.concatenate([voltage.breaks, late[(late > start) & (late < end)]]))
+    breaks = breaks[np.append(np.diff(breaks) > _SHORTEST, True)]
+    breaks[0] = start
+    middle = 0.5 * (breaks[:-1] + breaks[1:])
+    own = np.searchsorted(voltage.breaks, middle, side="right") - 1
+    past = np.searchsorted(late, middle, side="right") - 1
+    count = voltage.pieces.shape[1]
+    pieces = np.zeros((len(middle), 2 * count))
+    pieces[:, :count], pieces[:, count:] = voltage.pieces[own], source.pieces[past]
+    if count > 1:
+        for row, (i, j) in enumerate(zip(own.tolist(), past.tolist(), strict=True)):
+            for place, whole, k, shift in ((0, voltage, i, 0.0), (count, source, j, delay)):
+                if k >= 0:
+                    a, b, low, high = map(float, (*whole.breaks[k : k + 2], *breaks[row : row + 2]))
+                    pieces[row, place : place + count] = _restrict(
+                        whole.pieces[k], a, b, low - shift, high - shift
+                    )
+    pieces[past < 0, count:] = 0.0
+    pieces[past < 0, count] = before
+    return Voltage(breaks, pieces), count

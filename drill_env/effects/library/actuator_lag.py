@@ -1,19 +1,16 @@
 """The motor's torque follows the voltage with a lag."""
 
-from math import exp
-
 from drill_env.effects._effect import Effect, shape
 from drill_env.effects._signal import at_start, response
 
 
 @response
-def actuator_lag(p, q, m, s, out):
+def actuator_lag(p, e, s, out):
     """km (v - u), time_constant dv/dt = u - v."""
-    v = at_start(s) if s.first else m[0]
-    tau = q[0]
-    decay = exp(-s.dt / tau)
-    out.torque_u += p.km * (v - s.u) * tau / s.dt * (1.0 - decay)
-    m[0] = s.u + (v - s.u) * decay
+    if s.first:
+        e.z[0] = at_start(s)
+    out.volts += e.z[0] - s.u
+    e.rate[0] = (s.u - e.z[0]) / e.q[0]
 
 
 EFFECT = Effect(
@@ -44,6 +41,7 @@ EFFECT = Effect(
     formula="km (v - u), time_constant dv/dt = u - v",
     meaning="The motor's torque follows the voltage with a lag.",
     kernel=actuator_lag,
+    states=1,
     neighbours=(
         "input_delay",
         "slew_limit",

@@ -1,13 +1,13 @@
 """The amplifier ignores small voltages."""
 
 from drill_env.effects._effect import Effect, shape
-from drill_env.effects._signal import response
+from drill_env.effects._signal import clipped, response
 
 
 @response
-def amplifier_deadzone(p, q, m, s, out):
+def amplifier_deadzone(p, e, s, out):
     """-km clip(u, -width, width)."""
-    out.torque_u -= p.km * min(max(s.u, -q[0]), q[0])
+    out.volts -= clipped(e, s, 0, s.u, -e.q[0], e.q[0])
 
 
 EFFECT = Effect(
@@ -38,7 +38,7 @@ EFFECT = Effect(
     formula="-km clip(u, -width, width)",
     meaning="The amplifier ignores small voltages.",
     kernel=amplifier_deadzone,
-    steady=True,
+    switches=2,
     neighbours=(
         "upper_stribeck",
         "gear_backlash",

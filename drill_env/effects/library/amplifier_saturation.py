@@ -1,13 +1,13 @@
 """The amplifier delivers no more than a limit."""
 
 from drill_env.effects._effect import Effect, shape
-from drill_env.effects._signal import response
+from drill_env.effects._signal import clipped, response
 
 
 @response
-def amplifier_saturation(p, q, m, s, out):
+def amplifier_saturation(p, e, s, out):
     """km (clip(u, -level, level) - u)."""
-    out.torque_u += p.km * (min(max(s.u, -q[0]), q[0]) - s.u)
+    out.volts += clipped(e, s, 0, s.u, -e.q[0], e.q[0]) - s.u
 
 
 EFFECT = Effect(
@@ -47,7 +47,7 @@ EFFECT = Effect(
     formula="km (clip(u, -level, level) - u)",
     meaning="The amplifier delivers no more than a limit.",
     kernel=amplifier_saturation,
-    steady=True,
+    switches=2,
     neighbours=(
         "supply_sag",
         "slew_limit",

@@ -1,15 +1,15 @@
 """The brake disc is not flat: friction changes with its angle."""
 
-from math import cos
+from numpy import cos
 
 from drill_env.effects._effect import Effect, amplitude, phase, shape
-from drill_env.effects._signal import against, response
+from drill_env.effects._signal import response
 
 
 @response
-def brake_runout(p, q, m, s, out):
+def brake_runout(p, e, s, out):
     """-runout cos(order theta_l + phase) T_fl."""
-    out.torque_l += against(s.omega_l, s.net_l, q[0] * cos(q[2] * s.theta_l + q[1]) * s.friction_l)
+    out.scale_l += e.q[0] * cos(e.q[2] * s.theta_l + e.q[1])
 
 
 EFFECT = Effect(
@@ -37,6 +37,6 @@ EFFECT = Effect(
     formula="-runout cos(order theta_l + phase) T_fl",
     meaning="The brake disc is not flat: friction changes with its angle.",
     kernel=brake_runout,
-    friction=True,
+    autonomous=False,
     neighbours=("unbalance",),
 )

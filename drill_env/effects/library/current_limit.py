@@ -1,14 +1,14 @@
 """The drive limits its current, and the motor's torque with it."""
 
 from drill_env.effects._effect import Effect, shape
-from drill_env.effects._signal import response
+from drill_env.effects._signal import clipped, response
 
 
 @response
-def current_limit(p, q, m, s, out):
+def current_limit(p, e, s, out):
     """km (clip(v, -level, level) - v) with v = u - back_emf omega_u."""
-    left = s.u - q[1] * s.omega_u
-    out.torque_u += p.km * (min(max(left, -q[0]), q[0]) - left)
+    left = s.u - e.q[1] * s.omega_u
+    out.volts += clipped(e, s, 0, left, -e.q[0], e.q[0]) - left
 
 
 EFFECT = Effect(
@@ -23,6 +23,6 @@ EFFECT = Effect(
     formula="km (clip(v, -level, level) - v), v = u - back_emf omega_u",
     meaning="The drive limits its current, and the motor's torque with it.",
     kernel=current_limit,
-    steady=True,
+    switches=2,
     neighbours=("amplifier_saturation", "supply_sag", "motor_heating"),
 )

@@ -1,19 +1,16 @@
 """The brake sticks harder the longer it rests."""
 
-from math import exp
+from numpy import exp
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
-from drill_env.effects._signal import against, response
+from drill_env.effects._signal import response
 
 
 @response
-def dwell_stiction(p, q, m, s, out):
+def dwell_stiction(p, e, s, out):
     """holds torque (1 - e^(-dwell/time_constant)) more, until it slips."""
-    if s.omega_l != 0.0:
-        m[0] = 0.0
-        return
-    m[0] += s.dt
-    out.torque_l += against(0.0, s.net_l, q[0] * (1.0 - exp(-m[0] / q[1])))
+    if s.rest_l:
+        out.size_l += e.q[0] * (1.0 - exp(-s.dwell_l / e.q[1]))
 
 
 EFFECT = Effect(
@@ -39,7 +36,6 @@ EFFECT = Effect(
     formula="holds torque (1 - e^(-dwell/time_constant)) more, until it slips",
     meaning="The brake sticks harder the longer it rests.",
     kernel=dwell_stiction,
-    friction=True,
     neighbours=(
         "lower_stribeck",
         "rate_state",

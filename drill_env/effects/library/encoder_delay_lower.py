@@ -1,14 +1,13 @@
 """The lower encoder reports late."""
 
-from drill_env.effects._delay import delayed
 from drill_env.effects._effect import Effect, shape
 from drill_env.effects._signal import response
 
 
 @response
-def encoder_delay_lower(p, q, m, s, out):
+def encoder_delay_lower(p, e, s, out):
     """theta_l(t - delay) - theta_l(t) on the reading."""
-    out.angle_l += delayed(m, s, s.theta_l, s.omega_l, q[0]) - s.theta_l
+    out.angle_l += e.theta_l_late - s.theta_l
 
 
 EFFECT = Effect(
@@ -35,6 +34,7 @@ EFFECT = Effect(
     formula="theta_l(t - delay) - theta_l(t) on the reading",
     meaning="The lower encoder reports late.",
     kernel=encoder_delay_lower,
+    delay="delay",
     neighbours=("string_damping",),
     senses=True,
 )

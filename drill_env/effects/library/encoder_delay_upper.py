@@ -1,14 +1,13 @@
 """The upper encoder reports late."""
 
-from drill_env.effects._delay import delayed
 from drill_env.effects._effect import Effect, shape
 from drill_env.effects._signal import response
 
 
 @response
-def encoder_delay_upper(p, q, m, s, out):
+def encoder_delay_upper(p, e, s, out):
     """theta_u(t - delay) - theta_u(t) on the reading."""
-    out.angle_u += delayed(m, s, s.theta_u, s.omega_u, q[0]) - s.theta_u
+    out.angle_u += e.theta_u_late - s.theta_u
 
 
 EFFECT = Effect(
@@ -35,6 +34,7 @@ EFFECT = Effect(
     formula="theta_u(t - delay) - theta_u(t) on the reading",
     meaning="The upper encoder reports late.",
     kernel=encoder_delay_upper,
+    delay="delay",
     neighbours=("input_delay",),
     senses=True,
 )

@@ -1,15 +1,15 @@
 """The lower encoder's disc is off centre."""
 
-from math import cos
+from numpy import cos
 
 from drill_env.effects._effect import Effect, amplitude, phase
 from drill_env.effects._signal import response
 
 
 @response
-def encoder_eccentricity_lower(p, q, m, s, out):
+def encoder_eccentricity_lower(p, e, s, out):
     """error cos(theta_l + phase) on the reading."""
-    out.angle_l += q[0] * cos(s.theta_l + q[1])
+    out.angle_l += e.q[0] * cos(s.theta_l + e.q[1])
 
 
 EFFECT = Effect(

@@ -1,15 +1,15 @@
 """The upper encoder's disc is off centre."""
 
-from math import cos
+from numpy import cos
 
 from drill_env.effects._effect import Effect, amplitude, phase
 from drill_env.effects._signal import response
 
 
 @response
-def encoder_eccentricity_upper(p, q, m, s, out):
+def encoder_eccentricity_upper(p, e, s, out):
     """error cos(theta_u + phase) on the reading."""
-    out.angle_u += q[0] * cos(s.theta_u + q[1])
+    out.angle_u += e.q[0] * cos(s.theta_u + e.q[1])
 
 
 EFFECT = Effect(

@@ -5,9 +5,9 @@ from drill_env.effects._signal import response
 
 
 @response
-def encoder_gain_lower(p, q, m, s, out):
+def encoder_gain_lower(p, e, s, out):
     """error theta_l on the reading."""
-    out.angle_l += q[0] * s.theta_l
+    out.angle_l += e.q[0] * s.theta_l
 
 
 EFFECT = Effect(

@@ -1,13 +1,13 @@
 """The brake's friction drifts (it dries)."""
 
 from drill_env.effects._effect import Effect, amplitude
-from drill_env.effects._signal import against, response
+from drill_env.effects._signal import response
 
 
 @response
-def friction_drift(p, q, m, s, out):
+def friction_drift(p, e, s, out):
     """-drift t/(60 s) T_fl."""
-    out.torque_l += against(s.omega_l, s.net_l, q[0] * s.t / 60.0 * s.friction_l)
+    out.scale_l += e.q[0] * s.t / 60.0
 
 
 EFFECT = Effect(
@@ -19,7 +19,7 @@ EFFECT = Effect(
     formula="-drift t/(60 s) T_fl",
     meaning="The brake's friction drifts (it dries).",
     kernel=friction_drift,
-    friction=True,
+    autonomous=False,
     neighbours=(
         "wear",
         "friction_heating",

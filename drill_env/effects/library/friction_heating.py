@@ -1,17 +1,16 @@
 """The brake's friction falls as it warms."""
 
-from math import exp
-
 from drill_env.effects._effect import Effect, amplitude, shape
-from drill_env.effects._signal import against, response
+from drill_env.effects._signal import response
 
 
 @response
-def friction_heating(p, q, m, s, out):
+def friction_heating(p, e, s, out):
     """loss h T_fl, time_constant dh/dt = T_l |omega_l|/(0.5 W) - h."""
-    power = s.friction_l * abs(s.omega_l) / 0.5
-    m[0] = power + (m[0] - power) * exp(-s.dt / q[1])
-    out.torque_l += against(s.omega_l, s.net_l, -q[0] * m[0] * s.friction_l)
+    if s.first:
+        e.z[0] = 0.0
+    out.scale_l -= e.q[0] * e.z[0]
+    e.rate[0] = (s.friction_l * s.speed_l / 0.5 - e.z[0]) / e.q[1]
 
 
 EFFECT = Effect(
@@ -39,7 +38,7 @@ EFFECT = Effect(
     formula="loss h T_fl, time_constant dh/dt = T_l |omega_l|/(0.5 W) - h",
     meaning="The brake's friction falls as it warms.",
     kernel=friction_heating,
-    friction=True,
+    states=1,
     neighbours=(
         "friction_drift",
         "wear",

@@ -1,26 +1,16 @@
 """The brake's torque follows the speed late."""
 
-from math import exp
-
 from drill_env.effects._effect import Effect, shape
-from drill_env.effects._signal import against, left_over, response, sign
-from drill_env.friction._kernels import lower_sliding
+from drill_env.effects._signal import response
 
 
 @response
-def friction_lag(p, q, m, s, out):
+def friction_lag(p, e, s, out):
     """-sign(omega_l) (T_l(w) - T_l(|omega_l|)), time_constant dw/dt = |omega_l| - w."""
-    speed, rate = abs(s.omega_l), s.alpha_l * sign(s.omega_l)
     if s.first:
-        m[0] = speed
-    # Along a speed that changes evenly, for the lag may be shorter than the held interval.
-    begin = speed - 0.5 * rate * s.dt
-    behind = m[0] - begin + rate * q[0]
-    shares = s.dt / q[0]
-    mean = speed - rate * q[0] + behind * left_over(shares)
-    m[0] = begin + rate * (s.dt - q[0]) + behind * exp(-shares)
-    extra = lower_sliding(p, max(mean, 0.0)) - s.friction_l
-    out.torque_l += against(s.omega_l, s.net_l, extra)
+        e.z[0] = s.speed_l
+    out.read_l += e.z[0] - s.speed_l
+    e.rate[0] = (s.speed_l - e.z[0]) / e.q[0]
 
 
 EFFECT = Effect(
@@ -49,7 +39,7 @@ EFFECT = Effect(
     formula="-sign(omega_l) (T_l(w) - T_l(|omega_l|)), time_constant dw/dt = |omega_l| - w",
     meaning="The brake's torque follows the speed late.",
     kernel=friction_lag,
-    friction=True,
+    states=1,
     neighbours=(
         "rate_state",
         "presliding",

@@ -1,14 +1,14 @@
 """The brake's friction changes at one moment."""
 
 from drill_env.effects._effect import Effect, amplitude, shape
-from drill_env.effects._signal import against, response
+from drill_env.effects._signal import branch, response
 
 
 @response
-def friction_step(p, q, m, s, out):
+def friction_step(p, e, s, out):
     """-step T_fl after time."""
-    share = min(max((s.t + 0.5 * s.dt - q[1]) / s.dt, 0.0), 1.0)
-    out.torque_l += against(s.omega_l, s.net_l, share * q[0] * s.friction_l)
+    if branch(e, s, 0, s.t - e.q[1]) > 0:
+        out.scale_l += e.q[0]
 
 
 EFFECT = Effect(
@@ -50,7 +50,8 @@ EFFECT = Effect(
     formula="-step T_fl after time",
     meaning="The brake's friction changes at one moment.",
     kernel=friction_step,
-    friction=True,
+    autonomous=False,
+    switches=1,
     rigs_own_if_early=True,
     neighbours=(
         "friction_drift",

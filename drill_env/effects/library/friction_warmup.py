@@ -1,16 +1,15 @@
 """The upper bearing's friction falls as it warms."""
 
-from math import exp
+from numpy import exp
 
 from drill_env.effects._effect import Effect, amplitude, shape
-from drill_env.effects._signal import against, response
+from drill_env.effects._signal import response
 
 
 @response
-def friction_warmup(p, q, m, s, out):
+def friction_warmup(p, e, s, out):
     """-excess e^(-t/time_constant) T_fu."""
-    extra = q[0] * exp(-s.t / q[1]) * s.friction_u
-    out.torque_u += against(s.omega_u, s.net_u, extra)
+    out.scale_u += e.q[0] * exp(-s.t / e.q[1])
 
 
 EFFECT = Effect(
@@ -38,7 +37,7 @@ EFFECT = Effect(
     formula="-excess e^(-t/time_constant) T_fu",
     meaning="The upper bearing's friction falls as it warms.",
     kernel=friction_warmup,
-    friction=True,
+    autonomous=False,
     neighbours=("motor_heating",),
     rigs_own_if_slow=True,
 )

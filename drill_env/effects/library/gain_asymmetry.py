@@ -1,13 +1,13 @@
 """The drive is stronger in one direction."""
 
 from drill_env.effects._effect import Effect, amplitude
-from drill_env.effects._signal import response
+from drill_env.effects._signal import response, size_of
 
 
 @response
-def gain_asymmetry(p, q, m, s, out):
+def gain_asymmetry(p, e, s, out):
     """km asymmetry |u|."""
-    out.torque_u += p.km * q[0] * abs(s.u)
+    out.volts += e.q[0] * size_of(e, s, 0, s.u)
 
 
 EFFECT = Effect(
@@ -19,6 +19,6 @@ EFFECT = Effect(
     formula="km asymmetry |u|",
     meaning="The drive is stronger in one direction.",
     kernel=gain_asymmetry,
-    steady=True,
+    switches=1,
     neighbours=("upper_quadratic_drag",),
 )

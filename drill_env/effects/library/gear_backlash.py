@@ -1,14 +1,15 @@
 """The drive has play: the motor moves free for a while."""
 
-from drill_env.effects._drive import DAMPING, FRICTION_SHARE, MOTOR_SHARE, drive_torque
+from drill_env.effects._drive import DAMPING, FRICTION_SHARE, MOTOR_SHARE, drive_through, wind
 from drill_env.effects._effect import Effect, shape
 from drill_env.effects._signal import response
 
 
 @response
-def gear_backlash(p, q, m, s, out):
+def gear_backlash(p, e, s, out):
     """motor behind play and a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu."""
-    out.torque_u += drive_torque(p, m, s, q[1], q[2], q[0], q[3], q[4])
+    torque = wind(p, e, s, e.q[1], e.q[2], e.q[4], e.q[0])
+    drive_through(p, e, s, out, e.q[1], torque, e.q[3])
 
 
 EFFECT = Effect(
@@ -56,6 +57,8 @@ EFFECT = Effect(
     "without play the two would ring at `frequency`",
     meaning="The drive has play: the motor moves free for a while.",
     kernel=gear_backlash,
+    states=2,
+    switches=4,
     replaces_balance=True,
     refined_within=True,
     limit=("gap", "gear_compliance"),

@@ -1,14 +1,15 @@
 """The drive's gear is springy."""
 
-from drill_env.effects._drive import DAMPING, FRICTION_SHARE, MOTOR_SHARE, drive_torque
+from drill_env.effects._drive import DAMPING, FRICTION_SHARE, MOTOR_SHARE, drive_through, wind
 from drill_env.effects._effect import Effect, shape
 from drill_env.effects._signal import response
 
 
 @response
-def gear_compliance(p, q, m, s, out):
+def gear_compliance(p, e, s, out):
     """motor_share J_u behind a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu."""
-    out.torque_u += drive_torque(p, m, s, q[1], q[0], 0.0, q[2], q[3])
+    torque = wind(p, e, s, e.q[1], e.q[0], e.q[3], 0.0)
+    drive_through(p, e, s, out, e.q[1], torque, e.q[2])
 
 
 EFFECT = Effect(
@@ -43,6 +44,8 @@ EFFECT = Effect(
     "the two ring at `frequency`",
     meaning="The drive's gear is springy.",
     kernel=gear_compliance,
+    states=2,
+    switches=1,
     replaces_balance=True,
     refined_within=True,
     neighbours=(

@@ -1,15 +1,15 @@
 """A gear runs out of true: the drive's torque varies once a turn."""
 
-from math import cos
+from numpy import cos
 
 from drill_env.effects._effect import Effect, amplitude, phase
 from drill_env.effects._signal import response
 
 
 @response
-def gear_eccentricity(p, q, m, s, out):
+def gear_eccentricity(p, e, s, out):
     """km u eccentricity cos(theta_u + phase)."""
-    out.torque_u += p.km * s.u * q[0] * cos(s.theta_u + q[1])
+    out.volts += s.u * e.q[0] * cos(s.theta_u + e.q[1])
 
 
 EFFECT = Effect(
@@ -24,6 +24,7 @@ EFFECT = Effect(
     formula="km u eccentricity cos(theta_u + phase)",
     meaning="A gear runs out of true: the drive's torque varies once a turn.",
     kernel=gear_eccentricity,
+    autonomous=False,
     neighbours=(
         "torque_ripple",
         "encoder_eccentricity_upper",

@@ -1,27 +1,13 @@
 """The voltage acts late."""
 
 from drill_env.effects._effect import Effect, shape
-from drill_env.effects._signal import at_start, response
-
-HISTORY = 600
+from drill_env.effects._signal import response
 
 
 @response
-def input_delay(p, q, m, s, out):
+def input_delay(p, e, s, out):
     """km (u(t - delay) - u(t))."""
-    count = int(m[601])
-    if s.first:
-        m[0] = at_start(s)
-        count = 1
-    start = count - HISTORY + 1 if count >= HISTORY else 0
-    m[count % HISTORY] = s.u
-    m[601] = count + 1.0
-    back = q[0] / s.dt
-    whole = int(back)
-    share = back - whole
-    near, far = max(count - whole, start), max(count - whole - 1, start)
-    mean = (1.0 - share) * m[near % HISTORY] + share * m[far % HISTORY]
-    out.torque_u += p.km * (mean - s.u)
+    out.volts += e.u_late - s.u
 
 
 EFFECT = Effect(
@@ -53,6 +39,8 @@ EFFECT = Effect(
     formula="km (u(t - delay) - u(t))",
     meaning="The voltage acts late.",
     kernel=input_delay,
+    passing=True,
+    delay="delay",
     neighbours=(
         "actuator_lag",
         "slew_limit",

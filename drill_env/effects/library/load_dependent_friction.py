@@ -1,13 +1,13 @@
 """The upper bearing rubs harder under the string's torque."""
 
 from drill_env.effects._effect import Effect, amplitude
-from drill_env.effects._signal import against, response
+from drill_env.effects._signal import response, size_of
 
 
 @response
-def load_dependent_friction(p, q, m, s, out):
+def load_dependent_friction(p, e, s, out):
     """-sign(omega_u) coefficient |ktheta twist|."""
-    out.torque_u += against(s.omega_u, s.net_u, q[0] * abs(p.ktheta * s.twist))
+    out.size_u += e.q[0] * size_of(e, s, 0, s.pull)
 
 
 EFFECT = Effect(
@@ -19,7 +19,6 @@ EFFECT = Effect(
     formula="-sign(omega_u) coefficient |ktheta twist|",
     meaning="The upper bearing rubs harder under the string's torque.",
     kernel=load_dependent_friction,
-    friction=True,
-    steady=True,
+    switches=1,
     neighbours=("string_asymmetry",),
 )

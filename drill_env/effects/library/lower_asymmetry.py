@@ -1,17 +1,13 @@
 """The brake rubs harder in one direction."""
 
 from drill_env.effects._effect import Effect, amplitude
-from drill_env.effects._signal import against, response, sign
+from drill_env.effects._signal import response
 
 
 @response
-def lower_asymmetry(p, q, m, s, out):
+def lower_asymmetry(p, e, s, out):
     """-asymmetry T_l(|omega_l|)."""
-    if s.omega_l != 0.0:
-        out.torque_l -= q[0] * s.friction_l
-    else:
-        extra = q[0] * s.friction_l * sign(s.net_l)
-        out.torque_l += against(0.0, s.net_l, extra)
+    out.scale_l += e.q[0] * s.side_l
 
 
 EFFECT = Effect(
@@ -23,7 +19,5 @@ EFFECT = Effect(
     formula="-asymmetry T_l(|omega_l|)",
     meaning="The brake rubs harder in one direction.",
     kernel=lower_asymmetry,
-    friction=True,
-    steady=True,
     neighbours=("lower_disturbance",),
 )

@@ -1,15 +1,15 @@
 """The brake grips harder near rest than the law says."""
 
-from math import exp
+from numpy import exp
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
-from drill_env.effects._signal import against, response
+from drill_env.effects._signal import response
 
 
 @response
-def lower_stribeck(p, q, m, s, out):
+def lower_stribeck(p, e, s, out):
     """-sign(omega_l) torque exp(-|omega_l|/velocity)."""
-    out.torque_l += against(s.omega_l, s.net_l, q[0] * exp(-abs(s.omega_l) / q[1]))
+    out.size_l += e.q[0] * exp(-s.speed_l / e.q[1])
 
 
 EFFECT = Effect(
@@ -38,8 +38,6 @@ EFFECT = Effect(
     formula="-sign(omega_l) torque exp(-|omega_l|/velocity)",
     meaning="The brake grips harder near rest than the law says.",
     kernel=lower_stribeck,
-    friction=True,
-    steady=True,
     neighbours=(
         "dwell_stiction",
         "friction_lag",

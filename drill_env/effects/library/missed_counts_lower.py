@@ -1,15 +1,17 @@
 """The lower encoder loses counts when it turns fast."""
 
 from drill_env.effects._effect import Effect, amplitude, shape
-from drill_env.effects._signal import response
+from drill_env.effects._signal import branch, response
 
 
 @response
-def missed_counts_lower(p, q, m, s, out):
+def missed_counts_lower(p, e, s, out):
     """-share of the way above the speed on the reading."""
-    if not s.first and abs(s.omega_l) > q[1]:
-        m[0] += s.omega_l * s.dt
-    out.angle_l -= q[0] * m[0]
+    if s.first:
+        e.z[0] = 0.0
+    forward, backward = branch(e, s, 0, s.omega_l - e.q[1]), branch(e, s, 1, -s.omega_l - e.q[1])
+    e.rate[0] = s.omega_l if forward > 0 or backward > 0 else 0.0
+    out.angle_l -= e.q[0] * e.z[0]
 
 
 EFFECT = Effect(
@@ -36,6 +38,8 @@ EFFECT = Effect(
     formula="-share of the way above the speed on the reading",
     meaning="The lower encoder loses counts when it turns fast.",
     kernel=missed_counts_lower,
+    states=1,
+    switches=2,
     neighbours=("encoder_gain_lower",),
     senses=True,
 )

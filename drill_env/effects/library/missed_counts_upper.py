@@ -1,15 +1,17 @@
 """The upper encoder loses counts when it turns fast."""
 
 from drill_env.effects._effect import Effect, amplitude, shape
-from drill_env.effects._signal import response
+from drill_env.effects._signal import branch, response
 
 
 @response
-def missed_counts_upper(p, q, m, s, out):
+def missed_counts_upper(p, e, s, out):
     """-share of the way above the speed on the reading."""
-    if not s.first and abs(s.omega_u) > q[1]:
-        m[0] += s.omega_u * s.dt
-    out.angle_u -= q[0] * m[0]
+    if s.first:
+        e.z[0] = 0.0
+    forward, backward = branch(e, s, 0, s.omega_u - e.q[1]), branch(e, s, 1, -s.omega_u - e.q[1])
+    e.rate[0] = s.omega_u if forward > 0 or backward > 0 else 0.0
+    out.angle_u -= e.q[0] * e.z[0]
 
 
 EFFECT = Effect(
@@ -36,5 +38,7 @@ EFFECT = Effect(
     formula="-share of the way above the speed on the reading",
     meaning="The upper encoder loses counts when it turns fast.",
     kernel=missed_counts_upper,
+    states=1,
+    switches=2,
     senses=True,
 )

@@ -1,17 +1,16 @@
 """The motor loses torque as it warms."""
 
-from math import exp
-
 from drill_env.effects._effect import Effect, amplitude, shape
 from drill_env.effects._signal import response
 
 
 @response
-def motor_heating(p, q, m, s, out):
+def motor_heating(p, e, s, out):
     """-km loss h u, time_constant dh/dt = u^2/(9 V^2) - h."""
-    decay = exp(-s.dt / q[1])
-    m[0] = s.u * s.u / 9.0 + (m[0] - s.u * s.u / 9.0) * decay
-    out.torque_u -= p.km * q[0] * m[0] * s.u
+    if s.first:
+        e.z[0] = 0.0
+    out.volts -= e.q[0] * e.z[0] * s.u
+    e.rate[0] = (s.u * s.u / 9.0 - e.z[0]) / e.q[1]
 
 
 EFFECT = Effect(
@@ -39,5 +38,6 @@ EFFECT = Effect(
     formula="-km loss h u, time_constant dh/dt = u^2/(9 V^2) - h",
     meaning="The motor loses torque as it warms.",
     kernel=motor_heating,
+    states=1,
     neighbours=("friction_warmup",),
 )

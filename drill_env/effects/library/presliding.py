@@ -1,22 +1,18 @@
 """The brake yields elastically before it slides (Dahl)."""
 
-from math import exp
-
 from drill_env.effects._effect import Effect, shape
-from drill_env.effects._signal import left_over, response, sign
+from drill_env.effects._signal import response
 
 
 @response
-def presliding(p, q, m, s, out):
+def presliding(p, e, s, out):
     """(sign(omega_l) - z) T_l, distance dz/dt = omega_l (1 - sign(omega_l) z)."""
     if s.first:
-        m[0] = 0.0
-    # Where it turns round, what it yielded to pushes it back.
-    side = sign(s.omega_l) if s.omega_l != 0.0 else sign(s.net_l - m[0] * s.friction_l)
-    shares = abs(s.omega_l) * s.dt / q[0]
-    # The mean over the held interval: the way to yield may be far shorter than the disc's in it.
-    out.torque_l += (side - m[0]) * left_over(shares) * s.friction_l
-    m[0] = side + (m[0] - side) * exp(-shares)
+        e.z[0] = 0.0
+    # What it has yielded takes the place of the direction, and nothing sticks.
+    out.scale_l -= 1.0
+    out.torque_l -= e.z[0] * s.friction_l
+    e.rate[0] = s.omega_l * (1.0 - s.side_l * e.z[0]) / e.q[0]
 
 
 EFFECT = Effect(
@@ -44,7 +40,7 @@ EFFECT = Effect(
     formula="(sign(omega_l) - z) T_l, distance dz/dt = omega_l (1 - sign(omega_l) z)",
     meaning="The brake yields elastically before it slides (Dahl).",
     kernel=presliding,
-    friction=True,
+    states=1,
     neighbours=(
         "friction_lag",
         "string_hysteresis",

@@ -5,9 +5,9 @@ from drill_env.effects._signal import response
 
 
 @response
-def quadratic_drag(p, q, m, s, out):
+def quadratic_drag(p, e, s, out):
     """-coefficient |omega_l| omega_l."""
-    out.torque_l -= q[0] * abs(s.omega_l) * s.omega_l
+    out.torque_l -= e.q[0] * s.side_l * s.omega_l * s.omega_l
 
 
 EFFECT = Effect(
@@ -19,7 +19,6 @@ EFFECT = Effect(
     formula="-coefficient |omega_l| omega_l",
     meaning="The lower disc meets a drag that grows with the square of its speed.",
     kernel=quadratic_drag,
-    steady=True,
     neighbours=(
         "whirl_drag",
         "lower_stribeck",

@@ -1,26 +1,24 @@
 """The brake remembers how long it has been in contact (rate and state)."""
 
-from math import exp, log
+from numpy import log
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
-from drill_env.effects._signal import against, left_over, response
+from drill_env.effects._signal import response
 
 # Share of `speed` at which steady contact stops growing older.
 _AT_REST = 0.05
 
 
 @response
-def rate_state(p, q, m, s, out):
+def rate_state(p, e, s, out):
     """-sign(omega_l) torque ln((1 + sharp psi)/(1 + sharp psi_s)), dpsi/dt = 1 - psi/psi_s."""
     # The steady part is a function of speed alone, which the brake's law has already.
-    rest = q[1] / (abs(s.omega_l) + _AT_REST * q[2])
+    rest = e.q[1] / (s.speed_l + _AT_REST * e.q[2])
     if s.first:
-        m[0] = rest
-    sharp = q[2] / q[1]
-    mean = rest + (m[0] - rest) * left_over(s.dt / rest)
-    m[0] = rest + (m[0] - rest) * exp(-s.dt / rest)
-    extra = q[0] * log((1.0 + sharp * mean) / (1.0 + sharp * rest))
-    out.torque_l += against(s.omega_l, s.net_l, extra)
+        e.z[0] = rest
+    sharp = e.q[2] / e.q[1]
+    out.size_l += e.q[0] * log((1.0 + sharp * e.z[0]) / (1.0 + sharp * rest))
+    e.rate[0] = 1.0 - e.z[0] / rest
 
 
 EFFECT = Effect(
@@ -51,7 +49,7 @@ EFFECT = Effect(
     "sharp = speed/distance, psi_s = distance/(|omega_l| + speed/20)",
     meaning="The brake remembers how long it has been in contact (rate and state).",
     kernel=rate_state,
-    friction=True,
+    states=1,
     neighbours=(
         "friction_lag",
         "dwell_stiction",

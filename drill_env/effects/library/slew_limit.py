@@ -1,21 +1,38 @@
 """The amplifier changes its voltage no faster than a limit."""
 
 from drill_env.effects._effect import Effect, shape
-from drill_env.effects._signal import at_start, response, sign
+from drill_env.effects._signal import at_start, response
+
+# So near, in V, it has arrived.
+_REACHED = 1e-9
+# Where no event is located it has arrived when so many seconds would do.
+_SOON = 5e-3
 
 
 @response
-def slew_limit(p, q, m, s, out):
+def slew_limit(p, e, s, out):
     """km (v - u), |dv/dt| <= rate, v follows u."""
-    v = at_start(s) if s.first else m[0]
-    gap, move = s.u - v, q[0] * s.dt
-    if abs(gap) <= move:
-        mean = s.u - 0.5 * gap * abs(gap) / move
-        m[0] = s.u
+    if s.first:
+        e.z[0] = at_start(s)
+    gap = s.u - e.z[0]
+    if s.choose and s.first:
+        e.side[0] = 1 if gap.real > 0.0 else -1
+    if s.choose and (e.side[0] * gap).real <= 0.0:
+        e.side[0] = 1 if gap.real > 0.0 else -1
+        if abs(gap) <= e.q[0].real * _SOON:
+            e.side[0] = 0
+            e.z[0] = s.u
+            gap = 0.0 * gap
+    if e.side[0] != 0:
+        e.gap[0], e.next[0] = e.side[0] * gap, 0
+        e.rate[0] = e.side[0] * e.q[0]
+        out.volts -= gap
     else:
-        mean = v + 0.5 * sign(gap) * move
-        m[0] = v + sign(gap) * move
-    out.torque_u += p.km * (mean - s.u)
+        e.rate[0] = s.u_rate
+        # It follows until the voltage jumps or runs away.
+        jumped, rising = abs(gap) > _REACHED, s.u_rate.real > 0.0
+        e.gap[0] = -1.0 if jumped else e.q[0] - abs(s.u_rate)
+        e.next[0] = 1 if (gap.real > 0.0 if jumped else rising) else -1
 
 
 EFFECT = Effect(
@@ -49,6 +66,9 @@ EFFECT = Effect(
     formula="km (v - u), |dv/dt| <= rate, v follows u",
     meaning="The amplifier changes its voltage no faster than a limit.",
     kernel=slew_limit,
+    passing=True,
+    states=1,
+    switches=1,
     neighbours=(
         "actuator_lag",
         "input_delay",

@@ -1,15 +1,13 @@
 """The string is stiffer in one direction."""
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude
-from drill_env.effects._signal import response
+from drill_env.effects._signal import response, size_of
 
 
 @response
-def string_asymmetry(p, q, m, s, out):
+def string_asymmetry(p, e, s, out):
     """-+coefficient |twist|."""
-    torque = q[0] * abs(s.twist)
-    out.torque_l += torque
-    out.torque_u -= torque
+    out.string += e.q[0] * size_of(e, s, 0, s.twist)
 
 
 EFFECT = Effect(
@@ -21,7 +19,7 @@ EFFECT = Effect(
     formula="-+coefficient |twist|",
     meaning="The string is stiffer in one direction.",
     kernel=string_asymmetry,
-    steady=True,
+    switches=1,
     neighbours=(
         "string_hardening",
         "load_dependent_friction",

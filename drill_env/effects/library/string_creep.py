@@ -1,21 +1,16 @@
 """The string creeps under load."""
 
-from math import exp
-
 from drill_env.effects._effect import Effect, amplitude, shape
 from drill_env.effects._signal import response
 
 
 @response
-def string_creep(p, q, m, s, out):
+def string_creep(p, e, s, out):
     """+-compliance ktheta z, time_constant dz/dt = twist - z."""
     if s.first:
-        m[0] = s.twist
-    m[0] = s.twist + (m[0] - s.twist) * exp(-s.dt / q[1])
-    torque = -q[0] * p.ktheta * m[0]
-
-    out.torque_l += torque
-    out.torque_u -= torque
+        e.z[0] = s.twist
+    out.string -= e.q[0] * p.ktheta * e.z[0]
+    e.rate[0] = (s.twist - e.z[0]) / e.q[1]
 
 
 EFFECT = Effect(
@@ -44,5 +39,6 @@ EFFECT = Effect(
     formula="+-compliance ktheta z, time_constant dz/dt = twist - z",
     meaning="The string creeps under load.",
     kernel=string_creep,
+    states=1,
     neighbours=("string_hysteresis",),
 )

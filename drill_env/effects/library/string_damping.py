@@ -5,11 +5,9 @@ from drill_env.effects._signal import response
 
 
 @response
-def string_damping(p, q, m, s, out):
+def string_damping(p, e, s, out):
     """-+damping (omega_u - omega_l)."""
-    torque = q[0] * (s.omega_u - s.omega_l)
-    out.torque_l += torque
-    out.torque_u -= torque
+    out.string += e.q[0] * (s.omega_u - s.omega_l)
 
 
 EFFECT = Effect(
@@ -21,7 +19,6 @@ EFFECT = Effect(
     formula="-+damping (omega_u - omega_l)",
     meaning="The string has damping of its own.",
     kernel=string_damping,
-    steady=True,
     neighbours=(
         "encoder_delay_lower",
         "quadratic_drag",

@@ -5,11 +5,9 @@ from drill_env.effects._signal import response
 
 
 @response
-def string_hardening(p, q, m, s, out):
+def string_hardening(p, e, s, out):
     """-+coefficient twist^3."""
-    torque = q[0] * s.twist * s.twist * s.twist
-    out.torque_l += torque
-    out.torque_u -= torque
+    out.string += e.q[0] * s.twist * s.twist * s.twist
 
 
 EFFECT = Effect(
@@ -21,6 +19,5 @@ EFFECT = Effect(
     formula="-+coefficient twist^3",
     meaning="The string stiffens with twist.",
     kernel=string_hardening,
-    steady=True,
     neighbours=("string_asymmetry",),
 )

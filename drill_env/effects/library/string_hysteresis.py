@@ -1,23 +1,18 @@
 """The string's torque depends on its past (Bouc-Wen)."""
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
-from drill_env.effects._signal import response
+from drill_env.effects._signal import response, size_of
 
 
 @response
-def string_hysteresis(p, q, m, s, out):
+def string_hysteresis(p, e, s, out):
     """-+torque z, width dz/dt = dtwist/dt - (|dtwist/dt| z + dtwist/dt |z|)/2."""
-    rate = s.omega_u - s.omega_l
-    h = s.dt / 5.0 / q[1]
-    total = 0.0
-    for _ in range(5):
-        before = m[0]
-        m[0] += h * (rate - 0.5 * (abs(rate) * m[0] + rate * abs(m[0])))
-        total += 0.5 * (before + m[0])
-    torque = q[0] * total / 5.0
-
-    out.torque_l += torque
-    out.torque_u -= torque
+    if s.first:
+        e.z[0] = 0.0
+    rate, z = s.omega_u - s.omega_l, e.z[0]
+    out.string += e.q[0] * z
+    lost = size_of(e, s, 0, rate) * z + rate * size_of(e, s, 1, z)
+    e.rate[0] = (rate - 0.5 * lost) / e.q[1]
 
 
 EFFECT = Effect(
@@ -46,6 +41,9 @@ EFFECT = Effect(
     formula="-+torque z, width dz/dt = dtwist/dt - (|dtwist/dt| z + dtwist/dt |z|)/2",
     meaning="The string's torque depends on its past (Bouc-Wen).",
     kernel=string_hysteresis,
+    autonomous=False,
+    states=1,
+    switches=2,
     neighbours=(
         "string_creep",
         "presliding",

@@ -7,17 +7,17 @@ from drill_env.effects._signal import response
 
 
 @response
-def string_inertia(p, q, m, s, out):
+def string_inertia(p, e, s, out):
     """2 ktheta z on both, d2z/dt2 = -(domega_u/dt + domega_l/dt)/2 - w^2 z - 2 damping w dz/dt."""
-    wave = 2.0 * pi * q[0]
-    h, loss = s.dt / 20.0, 2.0 * q[1] * wave
-    total = 0.0
-    for _ in range(20):
-        m[1] += h * (-0.5 * (s.alpha_u + s.alpha_l) - wave * wave * m[0] - loss * m[1])
-        m[0] += h * m[1]
-        total += m[0]
-    out.torque_u += 2.0 * p.ktheta * total / 20.0
-    out.torque_l += 2.0 * p.ktheta * total / 20.0
+    middle = 0.5 * (s.omega_u + s.omega_l)
+    if s.first:
+        e.z[0], e.z[1] = 0.0, middle
+    # The second state is dz/dt + middle, so that no acceleration is asked for.
+    wave, rate = 2.0 * pi * e.q[0], e.z[1] - middle
+    e.rate[0] = rate
+    e.rate[1] = -wave * wave * e.z[0] - 2.0 * e.q[1] * wave * rate
+    out.torque_u += 2.0 * p.ktheta * e.z[0]
+    out.torque_l += 2.0 * p.ktheta * e.z[0]
 
 
 EFFECT = Effect(
@@ -69,5 +69,6 @@ EFFECT = Effect(
     "d2z/dt2 = -(domega_u/dt + domega_l/dt)/2 - w^2 z - 2 damping w dz/dt, w = 2 pi frequency",
     meaning="The string's own inertia gives a second torsional mode.",
     kernel=string_inertia,
+    states=2,
     neighbours=("string_damping",),
 )

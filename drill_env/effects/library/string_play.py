@@ -1,15 +1,13 @@
 """The string's clamp has play."""
 
 from drill_env.effects._effect import Effect, shape
-from drill_env.effects._signal import response
+from drill_env.effects._signal import clipped, response
 
 
 @response
-def string_play(p, q, m, s, out):
+def string_play(p, e, s, out):
     """+-ktheta clip(twist, -gap/2, gap/2)."""
-    torque = -p.ktheta * min(max(s.twist, -0.5 * q[0]), 0.5 * q[0])
-    out.torque_l += torque
-    out.torque_u -= torque
+    out.string -= p.ktheta * clipped(e, s, 0, s.twist, -0.5 * e.q[0], 0.5 * e.q[0])
 
 
 EFFECT = Effect(
@@ -39,6 +37,7 @@ EFFECT = Effect(
     formula="+-ktheta clip(twist, -gap/2, gap/2)",
     meaning="The string's clamp has play.",
     kernel=string_play,
+    switches=2,
     neighbours=(
         "string_hardening",
         "lower_stribeck",

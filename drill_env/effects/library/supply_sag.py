@@ -1,13 +1,13 @@
 """The supply gives way under load."""
 
 from drill_env.effects._effect import Effect, amplitude
-from drill_env.effects._signal import response
+from drill_env.effects._signal import response, size_of
 
 
 @response
-def supply_sag(p, q, m, s, out):
+def supply_sag(p, e, s, out):
     """-km sag |u| u."""
-    out.torque_u -= p.km * q[0] * abs(s.u) * s.u
+    out.volts -= e.q[0] * size_of(e, s, 0, s.u) * s.u
 
 
 EFFECT = Effect(
@@ -19,7 +19,7 @@ EFFECT = Effect(
     formula="-km sag |u| u",
     meaning="The supply gives way under load.",
     kernel=supply_sag,
-    steady=True,
+    switches=1,
     neighbours=(
         "amplifier_saturation",
         "upper_quadratic_drag",

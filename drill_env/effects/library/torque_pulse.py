@@ -1,14 +1,15 @@
 """Something struck the lower disc at one moment."""
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
-from drill_env.effects._signal import response
+from drill_env.effects._signal import branch, response
 
 
 @response
-def torque_pulse(p, q, m, s, out):
+def torque_pulse(p, e, s, out):
     """torque from time to time + duration."""
-    begin, end = max(s.t - 0.5 * s.dt, q[1]), min(s.t + 0.5 * s.dt, q[1] + q[2])
-    out.torque_l += q[0] * max(end - begin, 0.0) / s.dt
+    begun, ended = branch(e, s, 0, s.t - e.q[1]), branch(e, s, 1, s.t - e.q[1] - e.q[2])
+    if begun > 0 and ended < 0:
+        out.torque_l += e.q[0]
 
 
 EFFECT = Effect(
@@ -71,5 +72,7 @@ EFFECT = Effect(
     formula="torque from time to time + duration",
     meaning="Something struck the lower disc at one moment.",
     kernel=torque_pulse,
+    autonomous=False,
+    switches=2,
     neighbours=("friction_step",),
 )

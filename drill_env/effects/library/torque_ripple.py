@@ -1,15 +1,15 @@
 """The motor's torque ripples with its angle (cogging)."""
 
-from math import cos
+from numpy import cos
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, phase, shape
 from drill_env.effects._signal import response
 
 
 @response
-def torque_ripple(p, q, m, s, out):
+def torque_ripple(p, e, s, out):
     """torque cos(order theta_u + phase)."""
-    out.torque_u += q[0] * cos(q[2] * s.theta_u + q[1])
+    out.torque_u += e.q[0] * cos(e.q[2] * s.theta_u + e.q[1])
 
 
 EFFECT = Effect(
@@ -61,5 +61,6 @@ EFFECT = Effect(
     formula="torque cos(order theta_u + phase)",
     meaning="The motor's torque ripples with its angle (cogging).",
     kernel=torque_ripple,
+    autonomous=False,
     neighbours=("gear_eccentricity",),
 )

@@ -1,15 +1,15 @@
 """The lower disc is out of balance."""
 
-from math import cos
+from numpy import cos
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, phase
 from drill_env.effects._signal import response
 
 
 @response
-def unbalance(p, q, m, s, out):
+def unbalance(p, e, s, out):
     """torque cos(theta_l + phase)."""
-    out.torque_l += q[0] * cos(s.theta_l + q[1])
+    out.torque_l += e.q[0] * cos(s.theta_l + e.q[1])
 
 
 EFFECT = Effect(
@@ -24,6 +24,7 @@ EFFECT = Effect(
     formula="torque cos(theta_l + phase)",
     meaning="The lower disc is out of balance.",
     kernel=unbalance,
+    autonomous=False,
     neighbours=(
         "encoder_eccentricity_lower",
         "brake_runout",

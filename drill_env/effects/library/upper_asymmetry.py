@@ -5,9 +5,9 @@ from drill_env.effects._signal import response
 
 
 @response
-def upper_asymmetry(p, q, m, s, out):
+def upper_asymmetry(p, e, s, out):
     """-damping |omega_u|."""
-    out.torque_u -= q[0] * abs(s.omega_u)
+    out.torque_u -= e.q[0] * s.side_u * s.omega_u
 
 
 EFFECT = Effect(
@@ -19,7 +19,6 @@ EFFECT = Effect(
     formula="-damping |omega_u|",
     meaning="The upper disc is damped more in one direction than in the other.",
     kernel=upper_asymmetry,
-    steady=True,
     neighbours=("upper_offset", "gain_asymmetry"),
     stands_for="dbu",
 )

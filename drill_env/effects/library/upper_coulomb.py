@@ -1,13 +1,13 @@
 """The upper disc rubs with a force that does not depend on speed."""
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude
-from drill_env.effects._signal import against, response
+from drill_env.effects._signal import response
 
 
 @response
-def upper_coulomb(p, q, m, s, out):
+def upper_coulomb(p, e, s, out):
     """-sign(omega_u) torque."""
-    out.torque_u += against(s.omega_u, s.net_u, q[0])
+    out.size_u += e.q[0]
 
 
 EFFECT = Effect(
@@ -19,8 +19,6 @@ EFFECT = Effect(
     formula="-sign(omega_u) torque",
     meaning="The upper disc rubs at every speed alike (Coulomb).",
     kernel=upper_coulomb,
-    friction=True,
-    steady=True,
     neighbours=("upper_stribeck", "upper_viscous"),
     stands_for="Tsu",
     at_rest=True,

@@ -1,15 +1,17 @@
 """Something outside shakes the upper disc at a fixed frequency."""
 
-from math import cos, pi
+from math import pi
+
+from numpy import cos
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, phase, shape
 from drill_env.effects._signal import response
 
 
 @response
-def upper_disturbance(p, q, m, s, out):
+def upper_disturbance(p, e, s, out):
     """torque cos(2 pi frequency t + phase)."""
-    out.torque_u += q[0] * cos(2.0 * pi * q[2] * s.t + q[1])
+    out.torque_u += e.q[0] * cos(2.0 * pi * e.q[2] * s.t + e.q[1])
 
 
 EFFECT = Effect(
@@ -46,4 +48,5 @@ EFFECT = Effect(
     formula="torque cos(2 pi frequency t + phase)",
     meaning="Something outside shakes the upper disc at a fixed frequency.",
     kernel=upper_disturbance,
+    autonomous=False,
 )

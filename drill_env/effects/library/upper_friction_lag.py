@@ -1,22 +1,21 @@
 """The upper disc's Coulomb friction follows a reversal late."""
 
-from math import exp
-
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
-from drill_env.effects._signal import RESTING, left_over, response, sign
+from drill_env.effects._signal import RESTING, branch, response
 
 
 @response
-def upper_friction_lag(p, q, m, s, out):
+def upper_friction_lag(p, e, s, out):
     """(sign(omega_u) - z) torque, time_constant dz/dt = sign(omega_u) - z."""
-    side = sign(s.omega_u) if s.omega_u != 0.0 else sign(s.net_u)
+    side = s.side_u
+    if s.rest_u:
+        side = branch(e, s, 0, p.km * s.u - s.pull)
     if s.first:
         # At rest nothing has built up.
-        m[0] = 0.0 if abs(s.omega_u) < RESTING else side
-    shares = s.dt / q[1]
-    # The mean over the held interval: the lag may be as short as that.
-    out.torque_u += (side - m[0]) * q[0] * left_over(shares)
-    m[0] = side + (m[0] - side) * exp(-shares)
+        e.z[0] = 0.0 if abs(s.omega_u) < RESTING else side
+    out.size_u -= e.q[0]
+    out.torque_u -= e.q[0] * e.z[0]
+    e.rate[0] = (side - e.z[0]) / e.q[1]
 
 
 EFFECT = Effect(
@@ -45,6 +44,8 @@ EFFECT = Effect(
     formula="(sign(omega_u) - z) torque, time_constant dz/dt = sign(omega_u) - z",
     meaning="The upper disc's Coulomb friction follows a reversal late.",
     kernel=upper_friction_lag,
+    states=1,
+    switches=1,
     neighbours=("upper_presliding", "gear_compliance", "actuator_lag"),
     axis_only=True,
     source="Hess and Soom, J. Tribology 112 (1990)",

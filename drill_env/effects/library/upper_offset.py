@@ -5,9 +5,9 @@ from drill_env.effects._signal import response
 
 
 @response
-def upper_offset(p, q, m, s, out):
+def upper_offset(p, e, s, out):
     """-torque."""
-    out.torque_u -= q[0]
+    out.torque_u -= e.q[0]
 
 
 EFFECT = Effect(
@@ -20,7 +20,6 @@ EFFECT = Effect(
     meaning="A constant torque acts on the upper disc, or its Coulomb friction differs with "
     "direction, which is the same.",
     kernel=upper_offset,
-    steady=True,
     neighbours=("upper_asymmetry", "gain_asymmetry"),
     stands_for="dTsu",
 )

@@ -1,21 +1,18 @@
 """The upper disc yields elastically before it slides (Dahl)."""
 
-from math import exp
-
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
-from drill_env.effects._signal import RESTING, left_over, response, sign
+from drill_env.effects._signal import RESTING, response
 
 
 @response
-def upper_presliding(p, q, m, s, out):
+def upper_presliding(p, e, s, out):
     """(sign(omega_u) - z) torque, distance dz/dt = omega_u (1 - sign(omega_u) z)."""
-    side = sign(s.omega_u) if s.omega_u != 0.0 else sign(s.net_u - m[0] * q[0])
     if s.first:
         # At rest nothing has built up.
-        m[0] = 0.0 if abs(s.omega_u) < RESTING else side
-    shares = abs(s.omega_u) * s.dt / q[1]
-    out.torque_u += (side - m[0]) * q[0] * left_over(shares)
-    m[0] = side + (m[0] - side) * exp(-shares)
+        e.z[0] = 0.0 if abs(s.omega_u) < RESTING else s.side_u
+    out.size_u -= e.q[0]
+    out.torque_u -= e.q[0] * e.z[0]
+    e.rate[0] = s.omega_u * (1.0 - s.side_u * e.z[0]) / e.q[1]
 
 
 EFFECT = Effect(
@@ -47,6 +44,7 @@ EFFECT = Effect(
     formula="(sign(omega_u) - z) torque, distance dz/dt = omega_u (1 - sign(omega_u) z)",
     meaning="The upper disc yields elastically before it slides (Dahl).",
     kernel=upper_presliding,
+    states=1,
     neighbours=("upper_friction_lag",),
     axis_only=True,
     source="Dahl, Aerospace Corp. TOR-0158 (1968)",

@@ -5,9 +5,9 @@ from drill_env.effects._signal import response
 
 
 @response
-def upper_quadratic_drag(p, q, m, s, out):
+def upper_quadratic_drag(p, e, s, out):
     """-coefficient |omega_u| omega_u."""
-    out.torque_u -= q[0] * abs(s.omega_u) * s.omega_u
+    out.torque_u -= e.q[0] * s.side_u * s.omega_u * s.omega_u
 
 
 EFFECT = Effect(
@@ -19,6 +19,5 @@ EFFECT = Effect(
     formula="-coefficient |omega_u| omega_u",
     meaning="The upper disc meets a drag that grows with the square of its speed.",
     kernel=upper_quadratic_drag,
-    steady=True,
     neighbours=("supply_sag",),
 )

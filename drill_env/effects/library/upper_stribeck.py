@@ -1,15 +1,15 @@
 """The upper disc's friction is higher at low speed."""
 
-from math import exp
+from numpy import exp
 
 from drill_env.effects._effect import Effect, amplitude, shape
-from drill_env.effects._signal import against, response
+from drill_env.effects._signal import response
 
 
 @response
-def upper_stribeck(p, q, m, s, out):
+def upper_stribeck(p, e, s, out):
     """-sign(omega_u) torque exp(-|omega_u|/velocity)."""
-    out.torque_u += against(s.omega_u, s.net_u, q[0] * exp(-abs(s.omega_u) / q[1]))
+    out.size_u += e.q[0] * exp(-s.speed_u / e.q[1])
 
 
 EFFECT = Effect(
@@ -38,8 +38,6 @@ EFFECT = Effect(
     formula="-sign(omega_u) torque exp(-|omega_u|/velocity)",
     meaning="The upper disc's friction is higher at low speed.",
     kernel=upper_stribeck,
-    friction=True,
-    steady=True,
     neighbours=("amplifier_deadzone",),
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994)",
     at_rest=True,

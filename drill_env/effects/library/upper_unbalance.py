@@ -1,15 +1,15 @@
 """The upper disc, or what the axis carries, is out of balance: a pendulum."""
 
-from math import cos
+from numpy import cos
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, phase
 from drill_env.effects._signal import response
 
 
 @response
-def upper_unbalance(p, q, m, s, out):
+def upper_unbalance(p, e, s, out):
     """torque cos(theta_u + phase)."""
-    out.torque_u += q[0] * cos(s.theta_u + q[1])
+    out.torque_u += e.q[0] * cos(s.theta_u + e.q[1])
 
 
 EFFECT = Effect(
@@ -24,6 +24,7 @@ EFFECT = Effect(
     formula="torque cos(theta_u + phase)",
     meaning="The upper disc, or what the axis carries, is out of balance (a pendulum).",
     kernel=upper_unbalance,
+    autonomous=False,
     neighbours=(
         "encoder_eccentricity_upper",
         "gear_eccentricity",

@@ -5,9 +5,9 @@ from drill_env.effects._signal import response
 
 
 @response
-def upper_viscous(p, q, m, s, out):
+def upper_viscous(p, e, s, out):
     """-damping omega_u."""
-    out.torque_u -= q[0] * s.omega_u
+    out.torque_u -= e.q[0] * s.omega_u
 
 
 EFFECT = Effect(
@@ -19,7 +19,6 @@ EFFECT = Effect(
     formula="-damping omega_u",
     meaning="The upper disc is damped in proportion to its speed (viscous).",
     kernel=upper_viscous,
-    steady=True,
     neighbours=("upper_quadratic_drag", "upper_coulomb"),
     stands_for="bu",
 )

@@ -1,17 +1,18 @@
 """The brake wears with the way it has gone."""
 
-from math import exp
+from numpy import exp
 
 from drill_env.effects._effect import Effect, amplitude, shape
-from drill_env.effects._signal import against, response
+from drill_env.effects._signal import response
 
 
 @response
-def wear(p, q, m, s, out):
+def wear(p, e, s, out):
     """-loss (1 - e^(-s/distance)) T_fl, ds/dt = |omega_l|."""
-    m[0] += abs(s.omega_l) * s.dt
-    share = q[0] * (1.0 - exp(-m[0] / q[1]))
-    out.torque_l += against(s.omega_l, s.net_l, -share * s.friction_l)
+    if s.first:
+        e.z[0] = 0.0
+    out.scale_l -= e.q[0] * (1.0 - exp(-e.z[0] / e.q[1]))
+    e.rate[0] = s.speed_l
 
 
 EFFECT = Effect(
@@ -37,7 +38,8 @@ EFFECT = Effect(
     formula="-loss (1 - e^(-s/distance)) T_fl, ds/dt = |omega_l|",
     meaning="The brake wears with the way it has gone.",
     kernel=wear,
-    friction=True,
+    autonomous=False,
+    states=1,
     neighbours=(
         "friction_drift",
         "friction_heating",

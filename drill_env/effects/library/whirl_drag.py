@@ -5,12 +5,12 @@ from drill_env.effects._signal import response
 
 
 @response
-def whirl_drag(p, q, m, s, out):
+def whirl_drag(p, e, s, out):
     """-torque r^5/((1 - r^2)^2 + (2 damping r)^2), r = omega_l/speed."""
-    r = s.omega_l / q[1]
+    r = s.omega_l / e.q[1]
     square = r * r
-    apart, loss = 1.0 - square, 2.0 * q[2] * r
-    out.torque_l -= q[0] * r * square * square / (apart * apart + loss * loss)
+    apart, loss = 1.0 - square, 2.0 * e.q[2] * r
+    out.torque_l -= e.q[0] * r * square * square / (apart * apart + loss * loss)
 
 
 EFFECT = Effect(
@@ -48,7 +48,6 @@ EFFECT = Effect(
     formula="-torque r^5/((1 - r^2)^2 + (2 damping r)^2), r = omega_l/speed",
     meaning="Near a critical speed the string whirls, and its orbit drags.",
     kernel=whirl_drag,
-    steady=True,
     neighbours=("quadratic_drag",),
     source="Jeffcott rotor, drag with the square of the orbit; Jansen, J. Sound Vib. 147 (1991)",
 )

@@ -1,0 +1,262 @@
+"""Compiled equations of motion (4) of a rig with effects, inside the event-driven integrator.
+
+The effects stand in the right-hand side: they add to the ports of the two equations and have
+states of their own. Corners and jumps are switches; each holds its branch within a step and ends
+it as a disc's stick or slip does.
+"""
+
+from drill_env._jit import entry, kernel, placed, unit
+from drill_env.dynamics._kernels import clamp_event
+from drill_env.effects._signal import ENTRY, respond
+from drill_env.friction._kernels import lower_sliding, upper_sliding
+from drill_env.integrator._records import SPARE
+from drill_env.integrator._signatures import CHANGE, GAP, RATES, STAGE, call_rates
+from drill_env.integrator._step import dense_at, inner_at
+from drill_env.integrator._voltage_piece import past_voltage_at, voltage_at, voltage_slope
+
+entry_at = placed(ENTRY)
+
+STICK, SLIP, REVERSAL, SWITCH = 0, 1, 2, 6
+_UPPER, _LOWER, _FIRST_SWITCH = 0, 1, 3
+
+
+@kernel
+def set_signal(p, run, work, row, t, u):
+    """What the effects read in the state of a row."""
+    s, y, mode = work.signal, work.ys[row], run.mode
+    s.t, s.u, s.u_rate = run.origin + t, u, voltage_slope(work, t)
+    s.twist, s.omega_u, s.omega_l, s.theta_l = y[0], y[1], y[2], y[3]
+    s.theta_u = y[0] + y[3]
+    s.rest_u, s.rest_l = mode[0] == 0, mode[1] == 0
+    s.side_u = run.push[0] if s.rest_u else mode[0]
+    s.side_l = run.push[1] if s.rest_l else mode[1]
+    s.speed_u = 0.0 if s.rest_u else s.side_u * y[1]
+    s.speed_l = 0.0 if s.rest_l else s.side_l * y[2]
+    s.dwell_l = s.t - run.since[1] if s.rest_l else 0.0
+    s.pull = p.ktheta * y[0]
+    s.friction_u = s.side_u * upper_sliding(p, s.side_u, s.side_u * s.speed_u)
+    s.friction_l = lower_law(p, run, s.speed_l)
+
+
+@kernel
+def lower_law(p, run, speed):
+    """Size (Nm) of the lower disc's own friction."""
+    return 0.0 if run.mode[2] == 1 else lower_sliding(p, speed)
+
+
+@kernel
+def clear_ports(out, s):
+    """Nothing added."""
+    out.volts = out.torque_u = out.torque_l = out.string = 0.0
+    out.size_u = out.size_l = out.scale_u = out.scale_l = out.inertia_u = 0.0
+    out.angle_u = out.angle_l = 0.0
+    out.drive = 1.0
+    out.read_l = s.speed_l
+
+
+@kernel
+def ask(p, run, work, row, t):
+    """Let every effect add to the ports."""
+    s, out = work.signal, work.ports
+    clear_ports(out, s)
+    for i in range(work.acting):
+        e = entry_at(work.effects, i)
+        if e.idle:
+            continue
+        for j in range(e.states):
+            e.z[j] = work.zs[row, e.first_state + j]
+        for j in range(e.switches):
+            e.side[j], e.gap[j] = run.branch[e.first_switch + j], 1.0
+        if e.delayed:
+            e.u_late = past_voltage_at(work, t)
+        respond(e.code, p, e, s, out)
+        for j in range(e.states):
+            work.kz[row, e.first_state + j] = e.rate[j]
+        for j in range(e.switches):
+            work.gaps[row, _FIRST_SWITCH + e.first_switch + j] = e.gap[j]
+            work.next[e.first_switch + j] = e.next[j]
+            run.branch[e.first_switch + j] = e.side[j]
+        if s.first:
+            for j in range(e.states):
+                work.zs[row, e.first_state + j] = e.z[j]
+
+
+@kernel
+def pulls(p, run, work, u):
+    """Torques (Nm) on both discs without their friction, and the sizes of that."""
+    s, out = work.signal, work.ports
+    string = s.pull + out.string
+    net_u = out.drive * p.km * (u + out.volts) + p.load_u + out.torque_u - string
+    net_l = string + p.load_l + out.torque_l
+    law = s.friction_l if out.read_l == s.speed_l else lower_law(p, run, out.read_l)
+    size_u = s.friction_u * (1.0 + out.scale_u) + out.size_u
+    size_l = law * (1.0 + out.scale_l) + out.size_l
+    return net_u, net_l, size_u, size_l
+
+
+@unit(RATES)
+def rates_with_effects(p, run, work, row, t, u):
+    """Rates of the state and the inner states of a row, and all event functions there.
+
+    A disc at rest is judged in the direction in which it would leave.
+    """
+    mode, k, gaps = run.mode, work.k[row], work.gaps[row]
+    net_u = net_l = size_u = size_l = 0.0
+    for _ in range(4):
+        set_signal(p, run, work, row, t, u)
+        ask(p, run, work, row, t)
+        net_u, net_l, size_u, size_l = pulls(p, run, work, u)
+        turned = False
+        if mode[0] == 0 and run.push[0] * net_u < 0.0:
+            run.push[0], turned = -run.push[0], True
+        if mode[1] == 0 and run.push[1] * net_l < 0.0:
+            run.push[1], turned = -run.push[1], True
+        if not turned:
+            break
+    work.net[0], work.net[1] = net_u, net_l
+    y = work.ys[row]
+    k[0], k[3] = y[1] - y[2], y[2]
+    k[1] = k[2] = 0.0
+    if mode[0] != 0:
+        k[1] = (net_u - mode[0] * size_u) / (p.Ju + work.ports.inertia_u)
+        gaps[0] = mode[0] * y[1]
+    else:
+        gaps[0] = max(size_u, 0.0) - run.push[0] * net_u
+    if mode[1] != 0:
+        k[2] = (net_l - mode[1] * size_l) * p.per_Jl
+        gaps[1] = mode[1] * y[2]
+    else:
+        gaps[1] = 1.0 if p.locked else max(size_l, 0.0) - run.push[1] * net_l
+    gaps[2] = clamp_event(p, mode[1], mode[2], y[2], k[2])[0]
+
+
+@unit(STAGE)
+def stage_with_effects(p, run, work, tab, h, i, u):
+    """Stage `i` of a step: what the unrolled pair leaves out, and its rates."""
+    angle = 0.0
+    for j in range(i):
+        angle += tab.a[i, j] * work.k[j, 3]
+    work.ys[i, 3] = work.ys[0, 3] + h * angle
+    for r in range(work.inner):
+        rise = 0.0
+        for j in range(i):
+            rise += tab.a[i, j] * work.kz[j, r]
+        work.zs[i, r] = work.zs[0, r] + h * rise
+    call_rates(tab.rates, p, run, work, i, run.t + tab.c[i] * h, u)
+
+
+@unit(GAP)
+def gap_with_effects(p, run, work, tab, h, share, which):
+    """Event function `which` at a share of the step, from the dense output."""
+    for i in range(4):
+        work.ys[SPARE, i] = dense_at(work, tab, i, share)
+    for disc in range(2):
+        if run.mode[disc] == 0:
+            work.ys[SPARE, 1 + disc] = 0.0
+    for r in range(work.inner):
+        work.zs[SPARE, r] = inner_at(work, tab, r, share)
+    t = run.t + share * h
+    call_rates(tab.rates, p, run, work, SPARE, t, voltage_at(work, t))
+    return work.gaps[SPARE, which]
+
+
+@kernel
+def rates_now(p, run, work, tab, u):
+    """Event functions and rates of the present state, in the spare row."""
+    for i in range(4):
+        work.ys[SPARE, i] = run.y[i]
+    for r in range(work.inner):
+        work.zs[SPARE, r] = run.z[r]
+    call_rates(tab.rates, p, run, work, SPARE, run.t, u)
+
+
+@unit(CHANGE)
+def change_with_effects(p, run, work, tab, which, u):
+    """Pass an event other than the clamped law's; returns its kind."""
+    rates_now(p, run, work, tab, u)
+    if which >= _FIRST_SWITCH:
+        run.branch[which - _FIRST_SWITCH] = work.next[which - _FIRST_SWITCH]
+        return SWITCH
+    before = run.mode[which]
+    if before == 0:
+        run.mode[which] = run.push[which]
+        return SLIP
+    run.y[1 + which] = 0.0
+    run.mode[which] = 0
+    run.since[which] = run.origin + run.t
+    if which == _LOWER:
+        run.mode[2] = 0
+    rates_now(p, run, work, tab, u)
+    if work.gaps[SPARE, which] >= 0.0:
+        return STICK
+    run.mode[which] = run.push[which]
+    return SLIP if run.mode[which] == before else REVERSAL
+
+
+@unit(CHANGE)
+def start_with_effects(p, run, work, tab, which, u):
+    """Branches of a state, and its modes and first inner states where `which` asks for them.
+
+    `which` is the sum of 1 for the modes and 2 for the inner states.
+    """
+    s = work.signal
+    s.choose, s.first = 1, which // 2
+    if run.push[_UPPER] == 0:
+        run.push[_UPPER] = run.push[_LOWER] = 1
+        run.since[_UPPER] = run.since[_LOWER] = run.origin + run.t
+    for attempt in range(2):
+        if which % 2 == 1:
+            choose_modes(p, run, work, attempt)
+        rates_now(p, run, work, tab, u)
+    for r in range(work.inner):
+        run.z[r] = work.zs[SPARE, r]
+    s.choose = s.first = 0
+    work.has_rates = 0
+    return STICK
+
+
+@kernel
+def choose_modes(p, run, work, attempt):
+    """Directions of both discs; at the second attempt those at rest are held or released."""
+    for disc in range(2):
+        speed = run.y[1 + disc]
+        if attempt == 0:
+            run.mode[disc] = 1 if speed > 0.0 else (-1 if speed < 0.0 else 0)
+        elif speed == 0.0 and work.gaps[SPARE, disc] < 0.0:
+            run.mode[disc] = run.push[disc]
+    run.mode[2] = 0
+    if p.clamp:
+        speed = abs(run.y[2])
+        run.mode[2] = 0 if speed <= p.clamp_low else (1 if speed <= p.clamp_high else 2)
+
+
+@entry
+def rates_along(p, run, work, code, volts, states, rates):
+    """Rates in given states, both discs turning forward under constant voltages.
+
+    Args:
+        p: record of `PARAMETERS`.
+        run: record of `RUN`.
+        work: record of `WORK`, told of the effects.
+        code: address of `rates_with_effects`.
+        volts: V, shape (n,).
+        states: twist, omega_u, omega_l, then the inner states, shape (n, 3 + inner).
+        rates: filled with their rates, shape (n, 3 + inner).
+    """
+    run.mode[0] = run.mode[1] = 1
+    run.mode[2] = 0
+    work.coefficients = work.late = 1
+    work.start, work.end = 0.0, 1.0
+    work.signal.choose = 1
+    for k in range(volts.size):
+        work.piece[0] = work.past[0] = volts[k]
+        for i in range(3):
+            work.ys[SPARE, i] = states[k, i]
+        work.ys[SPARE, 3] = 0.0
+        for r in range(work.inner):
+            work.zs[SPARE, r] = states[k, 3 + r]
+        call_rates(code, p, run, work, SPARE, 0.0, volts[k])
+        for i in range(3):
+            rates[k, i] = work.k[SPARE, i]
+        for r in range(work.inner):
+            rates[k, 3 + r] = work.kz[SPARE, r]
