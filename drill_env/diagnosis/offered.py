@@ -21,9 +21,6 @@ _ROWS = 20
 _SWING = 1.0
 # An asymmetry lies within the level that it is an asymmetry of.
 _LEVELS = {"dTsu": "Tsu", "dbu": "bu"}
-# A lone axis reverses, where friction may also be less than the Coulomb friction beside it; with a
-# string the upper disc hardly reverses, and less friction at low speed would be no Stribeck effect.
-_ONE_SIGN_WITH_STRING = ("upper_stribeck",)
 
 
 def free_parameters(rig: Rig, fixed: Container[str] = (), scale: str = "Ju") -> list[str]:
@@ -58,7 +55,7 @@ def offered_effects(
     way = max((_travel(s) for s in samples), default=0.0)
     scale = max(_speed(s) for s in samples) / _USUAL_SPEED if alone else 1.0
     return [
-        _scaled(effect, scale) if alone else _one_sign(effect)
+        _scaled(effect, scale) if alone else effect
         for effect in LIBRARY.values()
         if effect.id not in leave_out
         and (effect.equation == "upper" if alone else not effect.axis_only)
@@ -80,13 +77,6 @@ def repeats(effect: Effect) -> bool:
 
 def _has(rig: Rig, name: str, free: Container[str]) -> bool:
     return name in free or getattr(rig, name) != 0.0
-
-
-def _one_sign(effect: Effect) -> Effect:
-    if effect.id not in _ONE_SIGN_WITH_STRING:
-        return effect
-    size, *rest = effect.parameters
-    return replace(effect, parameters=(replace(size, low=0.0), *rest))
 
 
 def _scaled(effect: Effect, scale: float) -> Effect:

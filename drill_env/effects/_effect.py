@@ -73,7 +73,8 @@ class Effect:
             follow the smoothed motion: along that its numbers come out wrong.
         rigs_own_if_slow: whether it is the rig's own physics when its last parameter, a time, is
             far longer than a recording.
-        rigs_own_if_early: likewise when its last parameter, a moment, is at a recording's start.
+        rigs_own_if_early: likewise when its last parameter, a moment or the time in which it
+            settles, is at a recording's start.
         limit: the parameter at whose least value it is another effect, and that effect's id.
         autonomous: whether the rig can turn steadily with it under a constant voltage: it follows
             neither time nor an angle and forgets what was.
@@ -81,6 +82,7 @@ class Effect:
         replaces_balance: whether it puts a drive in the place of the voltage's torque on the upper
             disc; it is then evaluated after the others of the drive.
         senses: whether it is an error of an encoder and no torque.
+        common: whether most machines have it, so that its prior odds as a name are higher.
         states: how many inner states it has, of first-order differential equations.
         switches: how many corners or jumps it has, at which the integrator ends its steps.
         delay: the parameter by which it reads the voltage or an angle late.
@@ -115,6 +117,7 @@ class Effect:
     passing: bool = False
     replaces_balance: bool = False
     senses: bool = False
+    common: bool = False
 
     @property
     def code(self) -> int:

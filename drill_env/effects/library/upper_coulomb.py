@@ -22,4 +22,5 @@ EFFECT = Effect(
     neighbours=("upper_stribeck", "upper_viscous"),
     stands_for="Tsu",
     at_rest=True,
+    common=True,
 )

@@ -22,4 +22,5 @@ EFFECT = Effect(
     kernel=upper_offset,
     neighbours=("upper_asymmetry", "gain_asymmetry"),
     stands_for="dTsu",
+    common=True,
 )

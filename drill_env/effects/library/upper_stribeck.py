@@ -2,7 +2,7 @@
 
 from numpy import exp
 
-from drill_env.effects._effect import Effect, amplitude, shape
+from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
 from drill_env.effects._signal import response
 
 
@@ -18,7 +18,7 @@ EFFECT = Effect(
     equation="upper",
     depends_on="omega_u",
     parameters=(
-        amplitude("torque", "Nm", 0.02, most=5.0),
+        amplitude("torque", "Nm", 0.02, most=HEAVIEST, signed=False),
         shape(
             "velocity",
             "rad/s",

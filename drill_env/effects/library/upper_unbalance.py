@@ -30,4 +30,5 @@ EFFECT = Effect(
         "gear_eccentricity",
     ),
     axis_only=True,
+    common=True,
 )

@@ -21,4 +21,5 @@ EFFECT = Effect(
     kernel=upper_viscous,
     neighbours=("upper_quadratic_drag", "upper_coulomb"),
     stands_for="bu",
+    common=True,
 )
