@@ -145,6 +145,15 @@ def gain_asymmetry(q: dict[str, Any], s: Sums, v: View) -> None:
     s.volts += q["asymmetry"] * abs(v.u)
 
 
+def drive_braking_loss(q: dict[str, Any], s: Sums, v: View) -> None:
+    if v.u * v.su < 0.0:
+        s.volts -= q["loss"] * v.u
+
+
+def motor_fade(q: dict[str, Any], s: Sums, v: View) -> None:
+    s.volts -= q["loss"] * (1.0 - exp(-v.t / q["time_constant"])) * v.u
+
+
 def torque_ripple(q: dict[str, Any], s: Sums, v: View) -> None:
     s.torque_u += q["torque"] * cos(q["order"] * v.angle_u + q["phase"])
 
@@ -163,6 +172,14 @@ def upper_stribeck(q: dict[str, Any], s: Sums, v: View) -> None:
 
 def lower_stribeck(q: dict[str, Any], s: Sums, v: View) -> None:
     s.size_l += q["torque"] * exp(-v.speed_l / q["velocity"])
+
+
+def upper_load_friction(q: dict[str, Any], s: Sums, v: View) -> None:
+    s.size_u += q["coefficient"] * abs(v.rig.km * v.u)
+
+
+def upper_spring(q: dict[str, Any], s: Sums, v: View) -> None:
+    s.torque_u -= q["stiffness"] * (v.angle_u - q["centre"])
 
 
 def upper_viscous(q: dict[str, Any], s: Sums, v: View) -> None:
@@ -225,6 +242,10 @@ def friction_drift(q: dict[str, Any], s: Sums, v: View) -> None:
     s.scale_l += q["drift"] * v.t / 60.0
 
 
+def friction_settling(q: dict[str, Any], s: Sums, v: View) -> None:
+    s.scale_l -= q["change"] * (1.0 - exp(-v.t / q["time_constant"]))
+
+
 def whirl_drag(q: dict[str, Any], s: Sums, v: View) -> None:
     r = v.wl / q["speed"]
     s.torque_l -= q["torque"] * r**5 / ((1 - r * r) ** 2 + (2 * q["damping"] * r) ** 2)
@@ -243,7 +264,8 @@ FORMULAS: dict[str, Callable[[dict[str, Any], Sums, View], None]] = {
         upper_quadratic_drag, quadratic_drag, upper_asymmetry, upper_offset, friction_warmup,
         lower_disturbance, upper_disturbance, string_damping, string_hardening, unbalance,
         upper_unbalance, brake_runout, lower_asymmetry, friction_drift, whirl_drag,
-        dwell_stiction,
+        dwell_stiction, drive_braking_loss, motor_fade, upper_load_friction, upper_spring,
+        friction_settling,
     )
 }  # fmt: skip
 
@@ -437,6 +459,46 @@ class StringInertia(Effect):
         return [speed, -w * w * z - 2 * self.q["damping"] * w * speed]
 
 
+# Bodies on a spring at a disc.
+class UpperResonator(Effect):
+    """Inner states: angle of the body ahead of the disc, speed of the body."""
+
+    place = 1
+
+    def inertia(self, rig: Any) -> float:
+        return self.q["share"] * rig.Ju
+
+    def disc(self, v: View) -> float:
+        return v.wu
+
+    def setup(self, q: dict[str, Any], start: Start) -> None:
+        self.initial = [0.0, start.state[self.place]]
+
+    def push(self, v: View) -> float:
+        """Of spring and damper on the disc, by the body's inertia."""
+        w = 2 * pi * self.q["frequency"]
+        return w * w * v.inner[0] + 2 * self.q["damping"] * w * (v.inner[1] - self.disc(v))
+
+    def add(self, s: Sums, v: View) -> None:
+        s.torque_u += self.inertia(v.rig) * self.push(v)
+
+    def rates(self, v: View) -> list[float]:
+        return [v.inner[1] - self.disc(v), -self.push(v)]
+
+
+class LowerResonator(UpperResonator):
+    place = 2
+
+    def inertia(self, rig: Any) -> float:
+        return self.q["share"] * rig.Jl
+
+    def disc(self, v: View) -> float:
+        return v.wl
+
+    def add(self, s: Sums, v: View) -> None:
+        s.torque_l += self.inertia(v.rig) * self.push(v)
+
+
 # The lower disc's brake, and presliding of both discs.
 class FrictionStep(Effect):
     def setup(self, q: dict[str, Any], start: Start) -> None:
@@ -542,6 +604,8 @@ EFFECTS: dict[str, type[Effect]] = {
     "string_hysteresis": StringHysteresis,
     "string_creep": StringCreep,
     "string_inertia": StringInertia,
+    "upper_resonator": UpperResonator,
+    "lower_resonator": LowerResonator,
     "friction_step": FrictionStep,
     "torque_pulse": TorquePulse,
     "friction_heating": FrictionHeating,

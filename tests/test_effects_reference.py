@@ -22,6 +22,8 @@ SETTINGS = {
     "upper_presliding": {"distance": 0.05},
     "presliding": {"distance": 0.15},
 }
+# Where the usual voltages would never brake.
+VOLTS = {"drive_braking_loss": (4.0, -4.0, 2.0)}
 # One of every kind: drive, gear, friction, string, brake; with memory, switches and delay.
 LONG = (
     "actuator_lag", "slew_limit", "input_delay", "motor_heating", "current_limit",
@@ -37,10 +39,11 @@ def entry(name: str) -> dict[str, object]:
 
 
 def gap(names: tuple[str, ...], seconds: float, rtol: float = 1e-12) -> float:
-    steps = [(0.0, 2.0), (seconds / 3, 5.0), (2 * seconds / 3, 1.5)]
+    volts = VOLTS.get(names[0], (2.0, 5.0, 1.5))
+    steps = list(zip((0.0, seconds / 3, 2 * seconds / 3), volts, strict=True))
     t = np.linspace(0.0, seconds, 601)
     effects = [entry(name) for name in names]
-    drive = sampled_voltage(np.array([s[0] for s in steps]), np.array([2.0, 5.0, 1.5]), seconds)
+    drive = sampled_voltage(np.array([s[0] for s in steps]), np.array(volts), seconds)
     rig = Rig(effects=tuple(effects))
     ours = simulate(rig, drive, seconds, t_eval=t, rtol=rtol, atol=0.01 * rtol)
     assert len(ours.events) > 0

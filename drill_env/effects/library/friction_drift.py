@@ -23,5 +23,6 @@ EFFECT = Effect(
     neighbours=(
         "wear",
         "friction_heating",
+        "friction_settling",
     ),
 )

@@ -42,5 +42,6 @@ EFFECT = Effect(
     neighbours=(
         "friction_drift",
         "wear",
+        "friction_settling",
     ),
 )

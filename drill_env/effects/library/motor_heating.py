@@ -39,5 +39,8 @@ EFFECT = Effect(
     meaning="The motor loses torque as it warms.",
     kernel=motor_heating,
     states=1,
-    neighbours=("friction_warmup",),
+    neighbours=(
+        "friction_warmup",
+        "motor_fade",
+    ),
 )
