@@ -51,5 +51,6 @@ EFFECT = Effect(
     neighbours=(
         "actuator_lag",
         "gear_backlash",
+        "upper_resonator",
     ),
 )

@@ -70,5 +70,8 @@ EFFECT = Effect(
     meaning="The string's own inertia gives a second torsional mode.",
     kernel=string_inertia,
     states=2,
-    neighbours=("string_damping",),
+    neighbours=(
+        "string_damping",
+        "lower_resonator",
+    ),
 )
