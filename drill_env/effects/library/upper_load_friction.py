@@ -1,0 +1,25 @@
+"""The axis rubs harder under the torque of its drive."""
+
+from drill_env.effects._effect import Effect, amplitude
+from drill_env.effects._signal import response, size_of
+
+
+@response
+def upper_load_friction(p, e, s, out):
+    """-sign(omega_u) coefficient |km u|."""
+    out.size_u += e.q[0] * p.km * size_of(e, s, 0, s.u)
+
+
+EFFECT = Effect(
+    id="upper_load_friction",
+    component="upper",
+    equation="upper",
+    depends_on="voltage",
+    parameters=(amplitude("coefficient", "1", 0.05, most=5.0, signed=False),),
+    formula="-sign(omega_u) coefficient |km u|",
+    meaning="The axis rubs harder under the torque of its drive.",
+    kernel=upper_load_friction,
+    switches=1,
+    neighbours=("drive_braking_loss",),
+    axis_only=True,
+)
