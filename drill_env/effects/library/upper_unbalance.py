@@ -28,6 +28,7 @@ EFFECT = Effect(
     neighbours=(
         "encoder_eccentricity_upper",
         "gear_eccentricity",
+        "upper_spring",
     ),
     axis_only=True,
     common=True,
