@@ -10,7 +10,7 @@ import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.late import LATE, ahead, on_time, telling
-from drill_env.effects import Effect
+from drill_env.effects import Effect, EffectParameter
 from drill_env.effects.along import Motion, response_along
 from drill_env.effects.declared import Declared, bundled
 from drill_env.identification.samples import Samples
@@ -80,8 +80,8 @@ class Named:
     def steps(self, q: FloatArray) -> FloatArray:
         """A thousandth of each number, or of its usual size."""
         usual = [abs(p.grid[0]) if p.role == "amplitude" else 0.0 for p in self.effect.parameters]
-        phases = [1.0 if p.role == "phase" else 0.0 for p in self.effect.parameters]
-        return _RELATIVE_STEP * np.maximum(np.maximum(np.abs(q), usual), phases)
+        places = [1.0 if p.role == "phase" or _is_place(p) else 0.0 for p in self.effect.parameters]
+        return _RELATIVE_STEP * np.maximum(np.maximum(np.abs(q), usual), places)
 
     def probes(self, q: FloatArray) -> FloatArray:
         """How far each number moves for a finite difference within the filter."""
@@ -94,9 +94,14 @@ class Named:
             if p.role == "phase":
                 out[i] = (out[i] + np.pi) % (2.0 * np.pi) - np.pi
             else:
-                low = p.low if p.role == "amplitude" else max(p.low, 1e-6)
+                low = p.low if p.role == "amplitude" or _is_place(p) else max(p.low, 1e-6)
                 out[i] = min(max(out[i], low), p.high)
         return out
+
+
+def _is_place(p: EffectParameter) -> bool:
+    """Whether a shape is a place on either side of 0 and no size."""
+    return p.role == "shape" and p.low < 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,6 +20,7 @@ EFFECT = Effect(
     meaning="The axis rubs harder under the torque of its drive.",
     kernel=upper_load_friction,
     switches=1,
-    neighbours=("drive_braking_loss",),
+    # With another motor constant it is a motor that gives more torque where it brakes.
+    aliases=("drive_braking_loss",),
     axis_only=True,
 )
