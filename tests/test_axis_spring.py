@@ -23,7 +23,7 @@ KEPT = {
 }  # fmt: skip
 
 
-def recorded(seed: int, seconds: float = 20.0) -> Recording:
+def recorded(seed: int, seconds: float = 10.0) -> Recording:
     """The axis under levels of voltage, with a torque that nobody knows."""
     rng = np.random.default_rng(seed)
     t = np.arange(int(seconds * RATE)) / RATE
