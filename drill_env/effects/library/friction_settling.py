@@ -42,6 +42,7 @@ EFFECT = Effect(
     neighbours=(
         "friction_drift",
         "friction_heating",
+        "wear",
     ),
     rigs_own_if_early=True,
 )
