@@ -205,8 +205,22 @@ def row_of(name: str) -> dict[str, Any]:
         "said": {e.id: e.probability for e in found.effects},
         "right": list(said) == [case.effect] if case.effect else found.verdict in WHOLE,
         "numbers": numbers,
-        "five_second_prediction": found.fit.get("five_second_prediction"),
+        "errors": _errors(found.fit),
         "cpu_s": time.process_time() - began,
+    }
+
+
+def _errors(fit: dict[str, Any]) -> dict[str, dict[str, float]]:
+    """Errors of the longest prediction of the held-out recording, before and after."""
+    if "prediction" in fit:
+        told = {k: v for k, v in fit["prediction"].items() if k != "leads_s"}
+        return {
+            name: {"before": rms["before_rms"][-1], "after": rms["after_rms"][-1]}
+            for name, rms in told.items()
+        }
+    return {
+        name: {"before": rms["before_rms"], "after": rms["after_rms"]}
+        for name, rms in fit["five_second_prediction"].items()
     }
 
 
@@ -224,7 +238,15 @@ def main(
     unknown = sorted(set(only or ()) - set(CASES))
     if unknown:
         raise typer.BadParameter(f"no case {unknown[0]!r}; take one of {', '.join(CASES)}")
-    table = Table("case", "missing", "said", "true", "found", "5 s error, before to after", "CPU s")
+    table = Table(
+        "case",
+        "missing",
+        "said",
+        "true",
+        "found",
+        "error of the prediction, before to after",
+        "CPU s",
+    )
     for name in only or CASES:
         console.print(f"{name} ...")
         row = row_of(name)
@@ -239,8 +261,8 @@ def _cells(row: dict[str, Any]) -> list[str]:
     numbers = list(row["numbers"].values())
     true = f"{numbers[0]['true']:.3g}" if numbers else ""
     found = "{:.4g} ({:.4g} to {:.4g})".format(*numbers[0]["found"]) if numbers else ""
-    errors = list((row["five_second_prediction"] or {}).values())
-    fell = f"{errors[-1]['before_rms']:.3g} to {errors[-1]['after_rms']:.3g}" if errors else ""
+    errors = list(row["errors"].values())
+    fell = f"{errors[-1]['before']:.3g} to {errors[-1]['after']:.3g}" if errors else ""
     said = ", ".join(f"{k} {v:.2f}" for k, v in row["said"].items()) or row["verdict"]
     return [
         row["case"],

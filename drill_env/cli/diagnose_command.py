@@ -27,6 +27,7 @@ from drill_env.cli._recordings import look_over, read_set
 from drill_env.parameters import Rig, save_rig
 
 if TYPE_CHECKING:
+    from drill_env.diagnosis.by_prediction import PredictionDiagnosis
     from drill_env.diagnosis.diagnose import Diagnosis
 
 
@@ -105,7 +106,7 @@ def diagnose_command(
         seed=seed,
     )
     start = _start(rig, start_friction)
-    if start.effects:
+    if start.effects and start.inertias == 2:
         raise InputError(f"{rig}: diagnose starts from a rig without [[effects]]: remove them")
     # What the recordings look like is told before the minutes of work.
     with remarks():
@@ -141,7 +142,7 @@ def _start(path: Path | None, law: Law | None) -> Rig:
     return start.replace(friction="stribeck", Tsl=0.08, T1=-0.05, beta1=0.3, bl=0.002)
 
 
-def write_diagnosis(found: Diagnosis, out: Path) -> None:
+def write_diagnosis(found: Diagnosis | PredictionDiagnosis, out: Path) -> None:
     """Write the page, all numbers and the extended rig into a folder."""
     from drill_env.report.diagnosis_page import diagnosis_page
 

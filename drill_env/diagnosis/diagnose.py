@@ -15,6 +15,7 @@ from drill_env.diagnosis.belief import (
     rivals,
     significant,
 )
+from drill_env.diagnosis.by_prediction import PredictionDiagnosis, diagnose_by_prediction
 from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.faults import Fault, find_faults
@@ -81,7 +82,7 @@ def diagnose(
     *,
     options: DiagnosisOptions | None = None,
     report: Report = lambda text: None,
-) -> Diagnosis:
+) -> Diagnosis | PredictionDiagnosis:
     """Find what a rig's model leaves out of recordings, and show that it was missing.
 
     Args:
@@ -98,6 +99,11 @@ def diagnose(
     options = options or DiagnosisOptions()
     if not recordings:
         raise InputError("diagnose needs at least one recording to fit")
+    if rig.inertias == 1:
+        return diagnose_by_prediction(recordings, rig, holdout, options, report)
+    upper = _at_the_driven_disc(recordings, rig, holdout, options, report)
+    if upper is not None:
+        return upper
     if rig.effects:
         raise InputError("diagnose starts from a rig without [[effects]]: remove them")
     _check_told([*recordings, *holdout])
@@ -110,6 +116,21 @@ def diagnose(
         held = [prepare(r, rig, relative=relative) for r in holdout]
         _check_channels(held)
         return _diagnose(samples, held, rig, options, report)
+
+
+def _at_the_driven_disc(
+    recordings: Sequence[Recording], rig: Rig, holdout: Sequence[Recording],
+    options: DiagnosisOptions, report: Report,
+) -> PredictionDiagnosis | None:  # fmt: skip
+    """What is missing at the driven disc if its torque and the string's other end were measured.
+
+    Then all that moves it is known, whatever is behind the string.
+    """
+    every = [*recordings, *holdout]
+    if not torque_driven(every) or any(len(r.angles()) < 2 for r in every):
+        return None
+    found = diagnose_by_prediction(recordings, rig, holdout, options, report)
+    return found if found.result.grades is not None else None
 
 
 def _check_told(recordings: Sequence[Recording]) -> None:

@@ -107,6 +107,55 @@ class FoundShape:
 
 
 @dataclass(frozen=True, slots=True)
+class Grade:
+    """How finely the first finding can be told, each grade with its probability.
+
+    Attributes:
+        component: where it sits.
+        component_probability: among all that predicts unseen recordings better than the rig.
+        depends_on: the coordinate that it is a function of.
+        depends_on_probability: of component and coordinate.
+        law: id of the effect; empty where a free shape predicts clearly better.
+        law_probability: of that effect.
+        share: of what the best free shape explains that the effect explains; below 1 its law
+            differs from the library's.
+    """
+
+    component: str
+    component_probability: float
+    depends_on: str
+    depends_on_probability: float
+    law: str
+    law_probability: float
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """How one candidate predicts unseen recordings, beside the model without it.
+
+    Attributes:
+        id: of the candidate.
+        gain: log density of all unseen windows less that of the model without it, nats.
+        standard_error: of the gain.
+        z: their ratio.
+        by_lead: the gain at each lead.
+        numbers: how many it has.
+        weight: its probability among those that are listed, 0 if it is not.
+        kept: whether it was taken.
+    """
+
+    id: str
+    gain: float
+    standard_error: float
+    z: float
+    by_lead: list[float]
+    numbers: int
+    weight: float
+    kept: bool
+
+
+@dataclass(frozen=True, slots=True)
 class Change:
     """A parameter before and after."""
 
@@ -149,6 +198,8 @@ class DiagnosisResult:
     sentences: list[str]
     next_experiment: NextExperiment | None
     recordings: dict[str, list[str]] = field(default_factory=dict)
+    grades: Grade | None = None
+    predictions: list[list[Prediction]] = field(default_factory=list)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""

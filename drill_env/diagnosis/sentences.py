@@ -165,3 +165,47 @@ def _gain(result: DiagnosisResult) -> list[str]:
             f"before {before:.3g} {unit}; noise alone gives {floor:.3g} {unit}."
         )
     return lines
+
+
+def sentences_by_prediction(result: DiagnosisResult) -> list[str]:
+    """The same for a diagnosis that unseen windows decide."""
+    lines = [_verdict(result)]
+    if result.located is not None and result.grades is not None:
+        g = result.grades
+        lines.append(
+            f"The mismatch sits {_PLACES.get(g.component, g.component)} (probability "
+            f"{g.component_probability:.2f}) and depends on {g.depends_on} "
+            f"({g.depends_on_probability:.2f})."
+        )
+        if g.law and g.share < 1.0:
+            lines.append(
+                f"{g.law} explains {g.share:.0%} of what a free function explains: its law "
+                "differs somewhat from the library's."
+            )
+    lines += [_effect(effect) for effect in result.effects]
+    if result.shape is not None:
+        what = "what these leave" if result.effects else "it"
+        lines.append(
+            f"No effect of the library explains {what} as well as a free function of "
+            f"{result.shape.coordinate}; its curve is in the report."
+        )
+    rivals = [a for a in result.alternatives if a.probability >= CONFUSED]
+    if rivals:
+        named = ", ".join(f"{a.id} ({a.probability:.2f})" for a in rivals[:3])
+        lines.append(f"These recordings do not rule out {named}.")
+    lines += _nearer(result)
+    return lines + result.faults
+
+
+def _nearer(result: DiagnosisResult) -> list[str]:
+    told = result.fit.get("prediction", {})
+    lines = []
+    for name in ("theta_u", "theta_l"):
+        if name in told:
+            before, after = told[name]["before_rms"][-1], told[name]["after_rms"][-1]
+            lines.append(
+                f"In recordings that were not fitted, the prediction of {name} over "
+                f"{told['leads_s'][-1]:.2g} s errs by {after:.3g} rad, before {before:.3g} rad "
+                "(root mean square)."
+            )
+    return lines

@@ -183,3 +183,36 @@ def noise_rows(result: DiagnosisResult) -> list[dict[str, str]]:
         for key, (what, unit) in _NOISE.items()
         if key in result.noise
     ]
+
+
+def grade_rows(result: DiagnosisResult) -> list[dict[str, Any]]:
+    """How finely the first finding can be told."""
+    g = result.grades
+    if g is None:
+        return []
+    rows = [
+        ("component", g.component, g.component_probability),
+        ("coordinate", g.depends_on, g.depends_on_probability),
+    ]
+    if g.law:
+        rows.append(("law", g.law, g.law_probability))
+    return [{"grade": a, "answer": b, "percent": round(100 * p)} for a, b, p in rows]
+
+
+def prediction_rows(result: DiagnosisResult) -> list[list[dict[str, Any]]]:
+    """The tables of candidates by their prediction of unseen recordings."""
+    return [
+        [
+            {
+                "id": row.id,
+                "gain": f"{row.gain:.1f}",
+                "error": f"{row.standard_error:.1f}",
+                "z": f"{row.z:.1f}",
+                "numbers": row.numbers,
+                "percent": round(100 * row.weight) if row.weight > 0.0 else None,
+                "kept": row.kept,
+            }
+            for row in table[:_MOST_ROWS]
+        ]
+        for table in result.predictions
+    ]

@@ -8,6 +8,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader
 
 from drill_env._types import FloatArray
+from drill_env.diagnosis.by_prediction import PredictionDiagnosis
 from drill_env.diagnosis.diagnose import Diagnosis
 from drill_env.diagnosis.locate import label_of
 from drill_env.diagnosis.rounds import BELIEVED, NEEDED_BESIDE
@@ -33,23 +34,20 @@ from drill_env.report.diagnosis_figures import (
     recording_figure,
 )
 from drill_env.report.diagnosis_friction import friction_figure
+from drill_env.report.prediction_page import VERDICTS, prediction_page
 
-_VERDICTS = {
-    "consistent": ("good", "Nothing is missing"),
-    "parameters": ("note", "Parameters differ, nothing is missing"),
-    "missing_physics": ("bad", "Physics is missing from the model"),
-    "unexplained": ("bad", "Something is missing that has no name"),
-}
 _MOST_RECORDINGS = 4
 _LAW = "friction_shape"
 
 
-def diagnosis_page(found: Diagnosis) -> str:
+def diagnosis_page(found: Diagnosis | PredictionDiagnosis) -> str:
     """The page, one file that needs no network.
 
     Args:
         found: from `drill_env.diagnosis.diagnose.diagnose`.
     """
+    if isinstance(found, PredictionDiagnosis):
+        return prediction_page(found)
     page = Environment(
         loader=PackageLoader("drill_env.report", "templates"), autoescape=True,
         trim_blocks=True, lstrip_blocks=True,
@@ -57,7 +55,7 @@ def diagnosis_page(found: Diagnosis) -> str:
     result, final = found.result, found.found.final
     left = latent_torques(found.found, final.terms)
     seen = [evidence(found.found, term, left) for term in final.terms]
-    tone, title = _VERDICTS[result.verdict]
+    tone, title = VERDICTS[result.verdict]
     return page.render(
         result=result, tone=tone, title=title, names=names_of(result),
         located=located_rows(result), recordings=_recordings(found, left, seen),

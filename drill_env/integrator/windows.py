@@ -1,0 +1,179 @@
+"""Predictions of a recorded motion: many short runs that begin in it, in one call."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from drill_env._types import FloatArray, IntArray
+from drill_env.effects._signal import RESTING
+from drill_env.effects.along import Motion, inner_states, reading_errors
+from drill_env.effects.declared import Declared
+from drill_env.integrator._effects import start_with_effects
+from drill_env.integrator._prepared import Prepared
+from drill_env.integrator._records import EVENT, N_STATE, RUN, STEPS_PER_PERIOD, new_work
+from drill_env.integrator._windows import run_windows
+from drill_env.parameters import Rig
+
+# A window of a sensible rig takes some hundreds.
+_MOST_STEPS = 5_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Windows:
+    """Stretches of a motion that are predicted from their first row on.
+
+    Attributes:
+        motion: of the whole recording.
+        starts: first row of each window, shape (w,).
+        rows: rows that are predicted, ascending and after the start, shape (w, k).
+        as_read: whether the motion's angles are those that the encoders read, their errors
+            included, and not those of the discs.
+    """
+
+    motion: Motion
+    starts: IntArray
+    rows: IntArray
+    as_read: bool = True
+
+    def predicted(self, rig: Rig, *, shift: float = 0.0, rtol: float = 1e-5) -> FloatArray:
+        """Readings that a rig predicts from the motion at the starts alone.
+
+        The effects' inner states at a start are those to which the motion before it leads; the
+        encoders' errors are taken off the start and put onto the prediction.
+
+        Args:
+            rig: parameters and effects.
+            shift: by which the drive acts later than the clock of the readings says, s.
+            rtol: relative tolerance of the integration.
+
+        Returns:
+            Angles theta_u and theta_l (rad) as the encoders read them, and speeds omega_u and
+            omega_l (rad/s), shape (w, k, 4); infinite where the integration failed.
+
+        Raises:
+            InputError: an effect of the rig is wrong.
+        """
+        prepared = Prepared(rig, "bs23")
+        senses = bool(prepared.effects.entries["senses"].any())
+        read = self.motion
+        true = _without_errors(read, rig, prepared.effects) if senses and self.as_read else read
+        states, inner = self._run(prepared, rig, true, shift, rtol)
+        out = np.stack(
+            [states[..., 0] + states[..., 3], states[..., 3], states[..., 1], states[..., 2]],
+            axis=2,
+        )
+        if senses:
+            out[..., :2] += self._errors(prepared, true, states, inner)
+        return out
+
+    def _run(
+        self, prepared: Prepared, rig: Rig, motion: Motion, shift: float, rtol: float
+    ) -> tuple[FloatArray, FloatArray]:
+        effects, (w, k) = prepared.effects, self.rows.shape
+        work, run = new_work(rtol, 0.1 * rtol, rig.natural_period / STEPS_PER_PERIOD), _fresh()
+        work["max_steps"] = _MOST_STEPS
+        prepared.equip(work)
+        breaks, pieces = _pieces(motion, self, effects, shift)
+        work["late"] = pieces.shape[1] - 1
+        t, first = motion.t, np.arange(w) * k
+        spans = np.column_stack(
+            [np.searchsorted(breaks, t[self.starts]), np.searchsorted(breaks, t[self.rows[:, -1]]),
+             first, first + k]
+        )  # fmt: skip
+        begin = start_with_effects.address if effects.acts else 0
+        memory = np.zeros((w, effects.inner if effects.acts else 0))
+        if memory.size:
+            memory = inner_states(rig, motion, self.starts)
+        states, inner = np.zeros((w * k, N_STATE)), np.zeros((w * k, memory.shape[1]))
+        scratch = (
+            np.zeros((w * k, 2), dtype=np.int64), np.zeros(256, dtype=EVENT), np.zeros((0, 4, 1)),
+        )  # fmt: skip
+        starts = np.ascontiguousarray(motion.states[self.starts, :4])
+        run_windows(
+            prepared.p[0], run[0], work[0], prepared.pair[0], begin, (breaks, pieces), spans,
+            t[self.rows].ravel(), starts, memory, (states, inner), scratch,
+        )  # fmt: skip
+        return states.reshape(w, k, N_STATE), inner
+
+    def _errors(
+        self, prepared: Prepared, motion: Motion, states: FloatArray, inner: FloatArray
+    ) -> FloatArray:
+        """What the encoders' errors are at the predicted rows, rad.
+
+        A late encoder is no easier to predict for that: the error of its delay is the motion's.
+        """
+        delays = prepared.effects.encoder_delays
+        flat, rows = states.reshape(-1, N_STATE), self.rows.ravel()
+        angles = np.column_stack([flat[:, 0] + flat[:, 3], flat[:, 3]])
+        late = np.repeat(angles[:, np.newaxis], len(delays), axis=1)
+        for j in np.flatnonzero(delays > 0.0):
+            late[:, j] += delayed(motion, float(delays[j]))[rows]
+        found = prepared.errors(motion.t[rows], flat, inner, late)
+        return found.reshape(*states.shape[:2], 2)
+
+
+def _fresh() -> np.ndarray:
+    return np.zeros(1, dtype=RUN)
+
+
+def delayed(motion: Motion, delay: float) -> FloatArray:
+    """Both angles so many s ago less those now, rad, shape (n, 2)."""
+    angles = np.column_stack([motion.states[:, 0] + motion.states[:, 3], motion.states[:, 3]])
+    columns = [np.interp(motion.t - delay, motion.t, a) - a for a in angles.T]
+    return np.column_stack(columns)
+
+
+def _without_errors(read: Motion, rig: Rig, effects: Declared) -> Motion:
+    """The motion of the discs where `read` is what encoders with errors made of it."""
+    ahead = _ahead(read, effects)
+    timely = tuple(e for e in rig.effects if not str(e.get("id")).startswith("encoder_delay"))
+    errors = reading_errors(rig.replace(effects=timely), ahead)
+    rates = np.gradient(errors, read.t, axis=0)
+    states = ahead.states.copy()
+    states[:, 0] -= errors[:, 0] - errors[:, 1]
+    states[:, 3] -= errors[:, 1]
+    states[:, 1:3] -= rates
+    return replace(read, states=states)
+
+
+def _ahead(read: Motion, effects: Declared) -> Motion:
+    """The motion behind encoders that report late: what they read so much later."""
+    late = effects.encoder_delays > 0.0
+    if not late.any():
+        return read
+    t, known = read.t, read.states
+    angles = np.column_stack([known[:, 0] + known[:, 3], known[:, 3]])
+    speeds = known[:, 1:3].copy()
+    for entry in effects.entries[late]:
+        disc = 0 if entry["upper"] else 1
+        later = t + float(entry["delay"])
+        angles[:, disc] = np.interp(later, t, angles[:, disc])
+        speeds[:, disc] = np.interp(later, t, speeds[:, disc])
+    states = known.copy()
+    states[:, 0], states[:, 3] = angles[:, 0] - angles[:, 1], angles[:, 1]
+    states[:, 1:3] = speeds
+    return replace(read, states=states)
+
+
+def _pieces(
+    motion: Motion, windows: Windows, effects: Declared, shift: float
+) -> tuple[FloatArray, FloatArray]:
+    """The held voltage, cut also where windows begin and end and where its past changes."""
+    t, u = motion.t, motion.u
+    clock = t + shift
+    changes = clock[1:][np.diff(u) != 0.0]
+    late = changes + effects.delay if effects.reads_past else changes[:0]
+    inside = np.concatenate([changes, late])
+    inside = inside[(inside > t[0]) & (inside < t[-1])]
+    ends = [t[[0, -1]], t[windows.starts], t[windows.rows[:, -1]]]
+    breaks = np.unique(np.concatenate([inside, *ends]))
+    middle = 0.5 * (breaks[:-1] + breaks[1:])
+    rows = np.maximum(np.searchsorted(clock, middle, side="right") - 1, 0)
+    pieces = u[rows][:, None]
+    if effects.reads_past:
+        rows = np.searchsorted(clock, middle - effects.delay, side="right") - 1
+        before = 0.0 if abs(motion.states[0, 1]) < RESTING else float(u[0])
+        pieces = np.column_stack([pieces, np.where(rows < 0, before, u[rows])])
+    return breaks, np.ascontiguousarray(pieces)

@@ -1,0 +1,110 @@
+"""Models compared by their prediction of recordings that they were not fitted to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from drill_env._types import FloatArray
+from drill_env.prediction.criteria import Criteria
+
+_DRAWS = 4000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Row:
+    """One model beside the one without it, as in `arviz.compare`.
+
+    Attributes:
+        id: of the candidate.
+        gain: log density of all unseen windows less that of the model without it, nats.
+        error: standard error of the gain.
+        z: their ratio.
+        by_lead: the gain at each lead.
+        numbers: how many it has.
+        windows: gain of each unseen window, shape (w,).
+        weight: probability among the listed models, see `weighed`; 0 where it is not listed.
+    """
+
+    id: str
+    gain: float
+    error: float
+    z: float
+    by_lead: tuple[float, ...]
+    numbers: int
+    windows: FloatArray
+    weight: float = 0.0
+
+
+def row_of(name: str, numbers: int, gains: FloatArray, recordings: Sequence[int]) -> Row:
+    """Compare one model with the one without it.
+
+    Args:
+        name: of the candidate.
+        numbers: how many it has.
+        gains: of each unseen window at each lead, nats, shape (w, k).
+        recordings: which recording each window is of, shape (w,).
+    """
+    windows = gains.sum(axis=1)
+    error = standard_error(windows, recordings)
+    gain = float(windows.sum())
+    z = gain / error if error > 0.0 else 0.0
+    return Row(name, gain, error, z, tuple(gains.sum(axis=0).tolist()), numbers, windows)
+
+
+def row_of_gains(name: str, numbers: int, windows: FloatArray) -> Row:
+    """As `row_of` for gains that were summed over the leads."""
+    return row_of(name, numbers, windows[:, np.newaxis], [0] * len(windows))
+
+
+def standard_error(windows: FloatArray, recordings: Sequence[int]) -> float:
+    """Of a sum over windows: the larger of that from windows and that from recordings.
+
+    Windows of one recording share the error of their model.
+    """
+    count = len(windows)
+    if count < 2:
+        return math.inf
+    error = math.sqrt(count * float(np.var(windows, ddof=1)))
+    which = np.asarray(recordings)
+    names = np.unique(which)
+    if len(names) > 2:
+        # Each recording's mean stands for all of its windows.
+        sums = np.array([windows[which == name].sum() for name in names])
+        share = np.array([(which == name).sum() for name in names]) / count
+        error = max(error, math.sqrt(float(np.sum((sums - share * windows.sum()) ** 2))))
+    return error
+
+
+def listed(row: Row, criteria: Criteria) -> bool:
+    """Whether unseen windows ask for a model at all."""
+    return row.gain >= criteria.gain and row.z >= criteria.z
+
+
+def weighed(rows: Sequence[Row], odds: Sequence[float], seed: int = 0) -> FloatArray:
+    """Probabilities of models that exclude each other.
+
+    Pseudo-BMA with the Bayesian bootstrap over windows (Yao, Vehtari, Simpson and Gelman, Bayesian
+    Analysis 13, 2018), times the prior odds. A number costs one nat (Akaike).
+
+    Args:
+        rows: the models.
+        odds: prior odds of each.
+        seed: of the bootstrap.
+
+    Returns:
+        Shape (m,).
+    """
+    if not rows:
+        return np.zeros(0)
+    gains = np.stack([row.windows for row in rows])
+    count = gains.shape[1]
+    draws = np.random.default_rng(seed).dirichlet(np.ones(count), _DRAWS) * count
+    prior = np.log(odds) - np.array([row.numbers for row in rows])
+    log = draws @ gains.T + prior
+    share = np.exp(log - log.max(axis=1, keepdims=True))
+    share /= share.sum(axis=1, keepdims=True)
+    return np.asarray(share.mean(axis=0), dtype=np.float64)

@@ -1,0 +1,152 @@
+"""Recordings cut into windows that are predicted from their start."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from drill_env._errors import InputError
+from drill_env._types import FloatArray, IntArray
+from drill_env.identification.samples import Samples
+from drill_env.integrator.windows import Windows
+from drill_env.parameters import Rig
+from drill_env.prediction.criteria import Criteria
+from drill_env.prediction.likelihood import FAR
+from drill_env.prediction.motion import motion_as_read
+
+# A start needs readings on both sides for its speed, s.
+_MARGIN = 0.06
+# Sampling intervals: below them encoder counts are all there is.
+_FIRST = 3.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cut:
+    """One recording as windows.
+
+    Attributes:
+        samples: the recording.
+        windows: what is predicted from where.
+        target: readings at the predicted rows, shape (w, k, c).
+        lower: measured angle of the lower disc, rad, where the upper one alone is predicted;
+            shape (n,).
+    """
+
+    samples: Samples
+    windows: Windows
+    target: FloatArray
+    lower: FloatArray | None = None
+
+    @property
+    def interval(self) -> float:
+        """Between two rows, s."""
+        return float(np.median(np.diff(self.samples.t)))
+
+    def errors(self, rig: Rig, shift: float) -> FloatArray:
+        """Predicted less read, rad; large where the prediction failed; shape (w, k, c).
+
+        Args:
+            rig: parameters and effects.
+            shift: of the drive behind the readings, in sampling intervals.
+        """
+        count, delay, windows = self.target.shape[2], shift * self.interval, self.windows
+        if self.lower is not None:
+            rig, windows = _pulled(rig, windows, self.lower, delay)
+        try:
+            predicted = windows.predicted(rig, shift=delay)[..., :count]
+        except RuntimeError:
+            return np.full_like(self.target, FAR)
+        gap = predicted - self.target
+        return np.where(np.isfinite(gap), np.clip(gap, -FAR, FAR), FAR)
+
+
+def upper_axis(rig: Rig) -> Rig:
+    """The upper disc of a rig without its string."""
+    if rig.inertias == 1:
+        return rig
+    return Rig.one_inertia(
+        km=rig.km, Ju=rig.Ju, Tsu=rig.Tsu, dTsu=rig.dTsu, bu=rig.bu, dbu=rig.dbu
+    ).replace(effects=rig.effects)
+
+
+def _pulled(rig: Rig, windows: Windows, lower: FloatArray, delay: float) -> tuple[Rig, Windows]:
+    """The upper disc on a string whose other end moves as it was measured."""
+    motion = windows.motion
+    known = np.isfinite(lower)
+    # The drive acts late, the string does not; held over an interval is what it is in the middle.
+    middle = motion.t + delay + 0.5 * float(np.median(np.diff(motion.t)))
+    end = np.interp(middle, motion.t[known], lower[known])
+    drive = motion.u + rig.ktheta / rig.km * end
+    spring = {"id": "upper_spring", "stiffness": rig.ktheta, "centre": 0.0}
+    axis = upper_axis(rig)
+    axis = axis.replace(effects=(*axis.effects, spring))
+    return axis, replace(windows, motion=replace(motion, u=drive))
+
+
+def leads_of(samples: Sequence[Samples], criteria: Criteria, horizon: float) -> FloatArray:
+    """Times ahead at which windows are judged, s, shape (k,).
+
+    Args:
+        samples: recordings that are to be cut.
+        criteria: leads, and how many windows there must be.
+        horizon: s, shortened where the recordings are too short for it.
+
+    Raises:
+        InputError: the recordings are too short.
+    """
+    interval = max(float(np.median(np.diff(s.t))) for s in samples)
+    seconds = sum(float(s.t[-1]) for s in samples)
+    horizon = min(horizon, seconds / criteria.windows)
+    first = _FIRST * interval
+    leads = np.array([first, *(share * horizon for share in criteria.leads)])
+    if not (np.diff(leads) >= interval).all():
+        raise InputError(
+            f"{samples[0].recording.source}: {seconds:.3g} s at {1.0 / interval:.3g} rows a second "
+            "hold too few windows to predict; record longer or at a higher rate"
+        )
+    return leads
+
+
+def cut(samples: Samples, rig: Rig, leads: FloatArray, *, pulled: bool = False) -> Cut:
+    """Cut a recording into windows side by side, none across a gap.
+
+    Args:
+        samples: of the recording.
+        rig: whose discs are predicted.
+        leads: times ahead, s.
+        pulled: whether the upper disc alone is predicted, on a string whose other end was measured.
+
+    Raises:
+        InputError: a disc's angle is missing.
+    """
+    lower = samples.angles[:, 1] if pulled else None
+    rig = upper_axis(rig) if pulled else rig
+    motion = motion_as_read(samples, rig)
+    t, channels = samples.t, rig.inertias
+    starts, rows = [], []
+    edges = [*samples.restarts.tolist(), len(t)]
+    for a, b in zip(edges, edges[1:], strict=False):
+        last = float(t[b - 1]) - leads[-1] - _MARGIN
+        for begin in np.arange(float(t[a]) + _MARGIN, last, leads[-1] + 1e-9).tolist():
+            row = int(np.searchsorted(t, begin))
+            ahead = _rows(t, row, leads)
+            if np.isfinite(samples.angles[ahead][:, :channels]).all():
+                starts.append(row)
+                rows.append(ahead)
+    if not starts:
+        raise InputError(
+            f"{samples.recording.source}: no stretch of {leads[-1] + 2 * _MARGIN:.3g} s without a "
+            "gap or a missing angle; record longer or repair the file"
+        )
+    windows = Windows(motion, np.array(starts), np.array(rows))
+    return Cut(samples, windows, samples.angles[windows.rows][..., :channels], lower)
+
+
+def _rows(t: FloatArray, start: int, leads: FloatArray) -> IntArray:
+    """Rows at the leads after a start, each later than the one before."""
+    rows = np.maximum(np.searchsorted(t, t[start] + leads - 1e-9), start + 1)
+    for k in range(1, len(rows)):
+        rows[k] = max(rows[k], rows[k - 1] + 1)
+    return np.minimum(rows, len(t) - 1)

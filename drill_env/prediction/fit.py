@@ -1,0 +1,285 @@
+"""A rig with candidates fitted to the windows of recordings."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from drill_env._errors import InputError
+from drill_env._types import BoolArray, FloatArray
+from drill_env.identification.coordinates import POSITIVE, Coordinates
+from drill_env.parameters import Rig
+from drill_env.prediction.candidate import Candidate
+from drill_env.prediction.criteria import Criteria
+from drill_env.prediction.cut import Cut
+from drill_env.prediction.likelihood import FAR, log_density, scales, weights
+
+_ROUNDS = 15
+_ENOUGH = 0.02
+_DAMPING, _TRIES = 1e-3, 7
+_STEP, _NUMBER_STEP = 1e-4, 1e-3
+_STEEPEST = 1e8
+# Standard deviation of a free shape's values, in usual sizes.
+_SHAPE_SPREAD = 2.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Setting:
+    """What fits are made to.
+
+    Attributes:
+        start: the given rig, its effects among it.
+        free: names of its free parameters.
+        doubt: relative standard deviation of these.
+        cuts: recordings.
+        criteria: how they are judged.
+    """
+
+    start: Rig
+    free: tuple[str, ...]
+    doubt: float
+    cuts: tuple[Cut, ...]
+    criteria: Criteria
+
+    @property
+    def coordinates(self) -> Coordinates:
+        """Of the free parameters."""
+        return Coordinates(self.start, self.free)
+
+    @property
+    def centre(self) -> FloatArray:
+        """The given rig and no shift of the drive."""
+        return np.append(self.coordinates.vector(self.start), 0.0)
+
+    @property
+    def spread(self) -> FloatArray:
+        """Standard deviations around it."""
+        level = {"dTsu": self.start.Tsu, "dbu": self.start.bu}
+        values = self.coordinates.vector(self.start).tolist()
+        sizes = [
+            1.0 if name in POSITIVE else max(2.0 * abs(value), level.get(name, 0.0), 1e-6)
+            for name, value in zip(self.free, values, strict=True)
+        ]
+        return np.append(self.doubt * np.array(sizes), self.criteria.shift)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """A rig with candidates at its best.
+
+    Attributes:
+        setting: what it was fitted to.
+        vector: coordinates of the rig, and the drive's shift in intervals.
+        candidates: what is added.
+        numbers: of each.
+        errors: of all windows, shape (w, k, c).
+        size: scales of the errors, shape (k, c).
+        value: log density of all windows and of the rig, nats.
+    """
+
+    setting: Setting
+    vector: FloatArray
+    candidates: tuple[Candidate, ...]
+    numbers: tuple[FloatArray, ...]
+    errors: FloatArray
+    size: FloatArray
+    value: float
+
+    @property
+    def rig(self) -> Rig:
+        """With what was added among its effects."""
+        return _rig(self.setting, self.candidates, self.packed)
+
+    @property
+    def packed(self) -> FloatArray:
+        """All numbers in one vector."""
+        return np.concatenate([self.vector, *self.numbers])
+
+    def judged(self, cuts: Sequence[Cut]) -> FloatArray:
+        """Log density of each window of other recordings at each lead, shape (w, k)."""
+        return log_density(errors_of(self, cuts), self.size, self.setting.criteria.degrees)
+
+
+def errors_of(here: Fit, cuts: Sequence[Cut]) -> FloatArray:
+    """Errors of a fit's predictions of recordings, shape (w, k, c)."""
+    return _errors(here.rig, float(here.vector[-1]), cuts)
+
+
+def fit(
+    setting: Setting, vector: FloatArray, candidates: Sequence[Candidate] = (),
+    numbers: Sequence[FloatArray] = (),
+) -> Fit:  # fmt: skip
+    """Gauss-Newton descent with damping, robust weights and bounds.
+
+    Args:
+        setting: windows and what is known of the rig.
+        vector: coordinates of the rig and the shift, to start from.
+        candidates: what is added to it.
+        numbers: of each candidate, to start from.
+    """
+    return _Descent(setting, tuple(candidates)).run(np.concatenate([vector, *numbers]))
+
+
+def slopes(here: Fit) -> FloatArray:
+    """Derivatives of all errors by the rig's coordinates and the shift, shape (w, k, c, m)."""
+    return all_slopes(here)[..., : len(here.vector)]
+
+
+def all_slopes(here: Fit) -> FloatArray:
+    """Derivatives of all errors by all numbers, shape (w, k, c, m)."""
+    return _Descent(here.setting, here.candidates).slopes(here.packed, here.errors)
+
+
+def spread_of(here: Fit) -> FloatArray:
+    """Standard deviations of all numbers before the recordings, infinite where nothing is known."""
+    return _Descent(here.setting, here.candidates).spread
+
+
+def errors_of_each(
+    setting: Setting, rigs: Sequence[Rig | None], shift: float
+) -> list[FloatArray | None]:
+    """Errors of all windows under each rig; nothing where there is none."""
+
+    def one(rig: Rig | None) -> FloatArray | None:
+        return None if rig is None else _errors(rig, shift, setting.cuts)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(one, rigs))
+
+
+def _errors(rig: Rig, shift: float, cuts: Sequence[Cut]) -> FloatArray:
+    return np.concatenate([cut.errors(rig, shift) for cut in cuts])
+
+
+def _rig(setting: Setting, candidates: Sequence[Candidate], x: FloatArray) -> Rig:
+    """The rig at a vector of all numbers.
+
+    Raises:
+        InputError: there is none.
+    """
+    place = len(setting.free) + 1
+    effects = list(setting.start.effects)
+    for candidate in candidates:
+        effects.append(candidate.entry(x[place : place + candidate.size]))
+        place += candidate.size
+    return setting.coordinates.rig(x[: len(setting.free)]).replace(effects=tuple(effects))
+
+
+class _Descent:
+    """The search for the best numbers of a rig with candidates."""
+
+    def __init__(self, setting: Setting, candidates: tuple[Candidate, ...]) -> None:
+        self.setting, self.candidates = setting, candidates
+        centre, spread, reach = setting.centre, setting.spread, setting.criteria.reach
+        self.centre = np.concatenate([centre, *[np.zeros(c.size) for c in candidates]])
+        shapes = [np.full(c.size, _SHAPE_SPREAD if c.table else np.inf) for c in candidates]
+        self.spread = np.concatenate([spread, *shapes])
+        self.low = np.concatenate([centre - reach * spread, *[c.low for c in candidates]])
+        self.high = np.concatenate([centre + reach * spread, *[c.high for c in candidates]])
+        own = np.minimum(_STEP * np.maximum(np.abs(centre), 1.0), 0.01 * spread)
+        own[-1] = 0.05
+        self.steps = np.concatenate([own, *[np.full(c.size, _NUMBER_STEP) for c in candidates]])
+
+    def errors(self, points: Sequence[FloatArray]) -> list[FloatArray | None]:
+        """At several points; nothing where the numbers make no rig."""
+
+        def one(x: FloatArray) -> FloatArray | None:
+            try:
+                rig = _rig(self.setting, self.candidates, x)
+                return _errors(rig, float(x[len(self.setting.free)]), self.setting.cuts)
+            except InputError:
+                return None
+
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            return list(pool.map(one, points))
+
+    def value(self, errors: FloatArray, size: FloatArray, x: FloatArray) -> float:
+        """Log density of the windows and of the numbers."""
+        known = float(np.sum(((x - self.centre) / self.spread) ** 2))
+        degrees = self.setting.criteria.degrees
+        return float(log_density(errors, size, degrees).sum()) - 0.5 * known
+
+    def slopes(self, x: FloatArray, errors: FloatArray) -> FloatArray:
+        """Derivatives of the errors by all numbers; 0 where they cannot be had."""
+        steps = np.where(x + self.steps > self.high, -self.steps, self.steps)
+        moved = self.errors([x + step for step in np.diag(steps)])
+        columns = [
+            np.zeros_like(errors) if there is None else (there - errors) / step
+            for there, step in zip(moved, steps.tolist(), strict=True)
+        ]
+        return np.stack(columns, axis=3)
+
+    def run(self, x: FloatArray) -> Fit:
+        """From a point to the best one near it."""
+        degrees = self.setting.criteria.degrees
+        x, damping = np.clip(x, self.low, self.high), _DAMPING
+        errors = self._required(x)
+        size = scales(errors, degrees)
+        value = self.value(errors, size, x)
+        for _ in range(_ROUNDS):
+            pull, curvature = self._normal(x, errors, size)
+            before = value
+            for _ in range(_TRIES):
+                there = np.clip(x + self._step(x, pull, curvature, damping), self.low, self.high)
+                found = self.errors([there])[0]
+                if found is not None:
+                    finer = scales(found, degrees, size)
+                    better = self.value(found, finer, there)
+                    if better > value:
+                        x, errors, size, value = there, found, finer, better
+                        damping = max(damping / 5.0, 1e-6)
+                        break
+                damping *= 6.0
+            if value - before < _ENOUGH:
+                break
+        return self._fit(x, errors, size, value)
+
+    def _required(self, x: FloatArray) -> FloatArray:
+        errors = self.errors([x])[0]
+        if errors is None:
+            _rig(self.setting, self.candidates, x)
+            return np.full_like(np.concatenate([c.target for c in self.setting.cuts]), FAR)
+        return errors
+
+    def _normal(
+        self, x: FloatArray, errors: FloatArray, size: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Downhill direction and curvature."""
+        columns = self.slopes(x, errors) / size[..., np.newaxis]
+        columns[np.abs(columns) > _STEEPEST] = 0.0
+        weight = weights(errors, size, self.setting.criteria.degrees)
+        flat = (columns * np.sqrt(weight)[..., np.newaxis]).reshape(-1, len(x))
+        known = 1.0 / self.spread**2
+        pull = -flat.T @ (errors / size * np.sqrt(weight)).ravel() - (x - self.centre) * known
+        return pull, flat.T @ flat + np.diag(known)
+
+    def _step(
+        self, x: FloatArray, pull: FloatArray, curvature: FloatArray, damping: float
+    ) -> FloatArray:
+        """Damped step, along the bounds where it would leave them."""
+        damped = curvature + np.diag(damping * np.diag(curvature) + 1e-12)
+        free = np.ones(len(x), dtype=np.bool_)
+        step = np.zeros(len(x))
+        for _ in range(3):
+            step = np.zeros(len(x))
+            step[free] = np.linalg.lstsq(damped[np.ix_(free, free)], pull[free], rcond=None)[0]
+            held = self._leaves(x, step) & free
+            if not held.any():
+                break
+            free &= ~held
+        return step
+
+    def _leaves(self, x: FloatArray, step: FloatArray) -> BoolArray:
+        return ((x <= self.low) & (step < 0.0)) | ((x >= self.high) & (step > 0.0))
+
+    def _fit(self, x: FloatArray, errors: FloatArray, size: FloatArray, value: float) -> Fit:
+        own = len(self.centre) - sum(c.size for c in self.candidates)
+        ends = np.cumsum([own, *[c.size for c in self.candidates]])
+        numbers = [x[a:b].copy() for a, b in zip(ends, ends[1:], strict=False)]
+        return Fit(
+            self.setting, x[:own].copy(), self.candidates, tuple(numbers), errors, size, value
+        )

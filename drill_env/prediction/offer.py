@@ -1,0 +1,77 @@
+"""Which effects may be missing from a rig, by what was recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Sequence
+
+from drill_env.effects import LIBRARY, Effect
+from drill_env.effects.along import Motion
+from drill_env.identification.coordinates import active_names
+from drill_env.parameters import SYMBOLS, Rig
+from drill_env.prediction.candidate import Candidate, candidate_of, scales_of
+from drill_env.prediction.shapes import free_shapes
+
+# Of the motor and its gear, behind whatever was measured.
+_BEHIND_THE_CURRENT = ("torque_ripple",)
+# Beside what depends on the voltage.
+_READ_THE_DRIVE = ("gear_eccentricity", "gear_backlash", "gear_compliance")
+# A lone encoder that reports late is the drive that acts late, which each fit has.
+_SHIFTS = ("encoder_delay_upper", "input_delay")
+
+
+_PULLED = frozenset({"km", "Ju", "Tsu", "dTsu", "bu", "dbu", "ktheta"})
+
+
+def free_names(rig: Rig, fixed: Container[str], *, pulled: bool = False) -> tuple[str, ...]:
+    """Parameters of the rig that are fitted: all that are not 0 and not held.
+
+    One that is 0 is no part of the given model; an effect may stand for it.
+
+    Args:
+        rig: the given one.
+        fixed: what is held.
+        pulled: whether the upper disc alone is predicted, on a string whose other end was measured.
+    """
+    known = _PULLED if pulled else active_names(rig)
+    return tuple(n for n in SYMBOLS if n in known and n not in fixed and getattr(rig, n) != 0.0)
+
+
+def candidates_for(
+    rig: Rig, motions: Sequence[Motion], leave_out: Container[str], *, amplifier: bool,
+    pulled: bool = False,
+) -> list[Candidate]:  # fmt: skip
+    """Effects of the library and free shapes, at the sizes that the recordings have.
+
+    Args:
+        rig: the given one.
+        motions: of the recordings.
+        leave_out: ids that are not wanted.
+        amplifier: whether one lies between what was recorded and the motor; behind a measured
+            current or torque there is none.
+        pulled: whether the drive has the pull of a string in it, so that nothing may read it.
+    """
+    scales = [scales_of(rig, motions, disc) for disc in range(rig.inertias)]
+    possible = [
+        effect
+        for effect in LIBRARY.values()
+        if effect.id not in leave_out
+        and _possible(effect, rig, amplifier=amplifier)
+        and not (pulled and (effect.depends_on == "voltage" or effect.id in _READ_THE_DRIVE))
+    ]
+    same = {alias for effect in possible for alias in effect.aliases}
+    found = []
+    for effect in possible:
+        lower = rig.inertias == 2 and effect.equation != "upper"
+        if effect.id not in same:
+            found.append(candidate_of(effect, scales[1 if lower else 0]))
+    return [*found, *free_shapes(rig, motions, scales, amplifier=amplifier)]
+
+
+def _possible(effect: Effect, rig: Rig, *, amplifier: bool) -> bool:
+    given = {str(entry.get("id")) for entry in rig.effects}
+    if effect.id in given or (effect.stands_for and getattr(rig, effect.stands_for) != 0.0):
+        return False
+    if rig.inertias == 1 and (effect.equation != "upper" or effect.id in _SHIFTS):
+        return False
+    behind = effect.id in _BEHIND_THE_CURRENT
+    return amplifier or effect.component != "actuator" or behind

@@ -1,0 +1,109 @@
+"""Forward search: one candidate after another, judged by recordings that were not fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from drill_env._types import FloatArray
+from drill_env.prediction.candidate import Candidate
+from drill_env.prediction.compare import Row, row_of
+from drill_env.prediction.cut import Cut
+from drill_env.prediction.fit import Fit, Setting, fit
+from drill_env.prediction.screen import screened
+
+Report = Callable[[str], None]
+# Candidates that are fitted after the first look.
+_NAMES, _SHAPES = 12, 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tried:
+    """A candidate fitted in every fold.
+
+    Attributes:
+        candidate: which one.
+        fits: with it, one for each fold.
+        row: how it predicts what the folds did not fit.
+    """
+
+    candidate: Candidate
+    fits: tuple[Fit, ...]
+    row: Row
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Round:
+    """One search at one model.
+
+    Attributes:
+        before: the model, one fit for each fold.
+        names: effects of the library, best first.
+        shapes: free shapes, best first.
+    """
+
+    before: tuple[Fit, ...]
+    names: tuple[Tried, ...]
+    shapes: tuple[Tried, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fold:
+    """What is fitted and what judges."""
+
+    setting: Setting
+    unseen: tuple[Cut, ...]
+
+
+def folds_of(setting: Setting, unseen: Sequence[Cut]) -> tuple[Fold, ...]:
+    """The split that was given, and its reverse: every recording is unseen once."""
+    back = replace(setting, cuts=tuple(unseen))
+    return Fold(setting, tuple(unseen)), Fold(back, setting.cuts)
+
+
+def searched(
+    folds: Sequence[Fold], before: Sequence[Fit], candidates: Sequence[Candidate], report: Report
+) -> Round:
+    """Look for one more candidate at a model.
+
+    Args:
+        folds: what is fitted and what judges.
+        before: the model, one fit for each fold.
+        candidates: on offer.
+        report: told what is being done.
+    """
+    report("scoring the library")
+    looks = [{look.candidate.id: look for look in screened(b, candidates)} for b in before]
+    gains = {
+        c.id: sum(max(look[c.id].gain, 0.0) if c.id in look else 0.0 for look in looks)
+        for c in candidates
+        if all(c.id in look for look in looks)
+    }
+    old = [b.judged(fold.unseen) for b, fold in zip(before, folds, strict=True)]
+    tried: dict[bool, list[Tried]] = {True: [], False: []}
+    order = sorted((c for c in candidates if c.id in gains), key=lambda c: -gains[c.id])
+    for named, most in ((True, _NAMES), (False, _SHAPES)):
+        for candidate in [c for c in order if (c.effect is not None) == named][:most]:
+            report(f"trying {candidate.id}")
+            fits = tuple(
+                fit(b.setting, b.vector, (*b.candidates, candidate),
+                    (*b.numbers, look[candidate.id].numbers))
+                for b, look in zip(before, looks, strict=True)
+            )  # fmt: skip
+            tried[named].append(Tried(candidate, fits, _row(candidate, fits, folds, old)))
+        tried[named].sort(key=lambda t: -t.row.gain)
+    return Round(tuple(before), tuple(tried[True]), tuple(tried[False]))
+
+
+def _row(
+    candidate: Candidate, fits: Sequence[Fit], folds: Sequence[Fold], old: Sequence[FloatArray]
+) -> Row:
+    new = [f.judged(fold.unseen) for f, fold in zip(fits, folds, strict=True)]
+    gains = np.concatenate([a - b for a, b in zip(new, old, strict=True)])
+    marks: list[int] = []
+    for fold in folds:
+        for one in fold.unseen:
+            marks += [one.samples.recording.fingerprint()] * len(one.windows.starts)
+    return row_of(candidate.id, candidate.size, gains, marks)

@@ -1,0 +1,145 @@
+"""Unseen windows decide what an axis lacks, on plants that share no code with the package."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from benchmarks.other_rigs import CASES, PENDULUM, Case, Plant, recorded
+from drill_env import InputError, Rig
+from drill_env.diagnosis.by_prediction import diagnose_by_prediction
+from drill_env.diagnosis.options import DiagnosisOptions
+from drill_env.effects.along import Motion
+from drill_env.integrator import sampled_voltage, simulate
+from drill_env.integrator.windows import Windows
+from drill_env.prediction.compare import row_of, standard_error, weighed
+from drill_env.prediction.likelihood import log_density, scales
+from drill_env.recordings import Recording
+
+BARE = Plant(**{**PENDULUM.__dict__, "weight": 0.0})
+QUICK = DiagnosisOptions(most=1, given_rig=True, doubt=0.1, leave_out=("gear_backlash",))
+
+
+def test_the_scale_and_density_are_those_of_students_t():
+    rng = np.random.default_rng(3)
+    errors = 0.02 * rng.standard_t(4.0, (20000, 1, 1))
+    size = scales(errors, 4.0)
+    assert size[0, 0] == pytest.approx(0.02, rel=0.02)
+    ours = log_density(errors, size, 4.0)[:, 0]
+    theirs = stats.t.logpdf(errors[:, 0, 0], 4.0, scale=size[0, 0])
+    np.testing.assert_allclose(np.diff(ours), np.diff(theirs), atol=1e-12)
+
+
+def test_one_bad_reading_hardly_moves_the_scale():
+    errors = np.random.default_rng(5).standard_normal((200, 1, 1))
+    spoilt = np.concatenate([errors, [[[1e6]]]])
+    assert scales(spoilt, 4.0)[0, 0] == pytest.approx(scales(errors, 4.0)[0, 0], rel=0.03)
+
+
+def test_equal_models_share_their_probability_and_a_number_costs_one_nat():
+    windows = np.random.default_rng(1).normal(1.0, 1.0, (30, 1))
+    one = row_of("a", 1, windows, [0] * 30)
+    two = row_of("b", 2, windows, [0] * 30)
+    assert weighed([one, one], [1.0, 1.0]) == pytest.approx([0.5, 0.5])
+    share = weighed([one, two], [1.0, 1.0])
+    assert share[0] / share[1] == pytest.approx(np.e)
+    assert weighed([one, one], [10.0, 1.0]) == pytest.approx([10 / 11, 1 / 11])
+
+
+def test_windows_of_one_recording_that_err_together_count_as_one():
+    gains = np.repeat([3.0, -1.0, 2.0, 4.0], 25)
+    marks = np.repeat([1, 2, 3, 4], 25)
+    alone = standard_error(gains, np.arange(100))
+    assert alone == pytest.approx(np.sqrt(100 * gains.var(ddof=1)))
+    between = np.sqrt(np.sum((25 * np.array([3.0, -1.0, 2.0, 4.0]) - 50.0) ** 2))
+    assert standard_error(gains, marks) == pytest.approx(between)
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        (),
+        ({"id": "friction_lag", "time_constant": 0.05},),
+        ({"id": "input_delay", "delay": 0.033},),
+        ({"id": "gear_backlash", "gap": 0.05, "motor_share": 0.3, "frequency": 9.5,
+          "friction_share": 0.5, "damping": 0.07},),
+        ({"id": "encoder_eccentricity_lower", "error": 0.01, "phase": 0.3},),
+        ({"id": "encoder_delay_lower", "delay": 0.033},),
+    ],
+)  # fmt: skip
+def test_the_rig_itself_predicts_its_readings_from_any_row(effects):
+    """The integrator's whole run is the truth; inner states, delays and encoders' errors agree."""
+    rng, rate = np.random.default_rng(0), 200.0
+    t = np.arange(0.0, 20.0, 1.0 / rate)
+    u = np.repeat(rng.uniform(1.0, 5.0, 40), 100)
+    rig = Rig(effects=effects)
+    run = simulate(rig, sampled_voltage(t, u), t[-1], t_eval=t, method="dopri5", rtol=1e-9)
+    states = np.hstack([run.state, np.gradient(run.state[:, 1:3], t, axis=0)])
+    starts = np.arange(300, 3000, 100)
+    rows = starts[:, None] + np.array([3, 30, 200])
+    # The true motion: with a late encoder the reading is the angle of a delay ago.
+    windows = Windows(
+        Motion(t, u, states, np.zeros(1, dtype=np.int64)), starts, rows, as_read=False
+    )
+    found = windows.predicted(rig, rtol=1e-7)[..., :2]
+    assert np.abs(found - run.readings[rows]).max() < 1e-3
+
+
+def run_of(case: Case, seed: int) -> Recording:
+    return recorded(replace(case, seconds=20.0), seed)
+
+
+@pytest.mark.parametrize("seed", [11, 21, 31])
+def test_an_axis_as_its_lab_knows_it_lacks_nothing(seed):
+    case = Case(BARE, volts=1.6, rate=200.0)
+    runs = [run_of(case, seed + i) for i in range(3)]
+    found = diagnose_by_prediction(runs[:2], BARE.rig(), runs[2:], QUICK)
+    assert found.result.verdict in ("consistent", "parameters")
+    assert found.result.effects == [] and found.result.grades is None
+
+
+def test_a_weight_is_named_with_its_size_and_predicts_what_was_not_fitted():
+    case = CASES["pendulum that turns over"]
+    runs = [run_of(case, seed) for seed in (1, 2, 3)]
+    found = diagnose_by_prediction(runs[:2], case.plant.rig(), runs[2:], QUICK)
+    (effect,) = found.result.effects
+    assert effect.id == "upper_unbalance"
+    number = effect.parameters["torque"]
+    assert number.value == pytest.approx(0.6, rel=0.1)
+    grades = found.result.grades
+    assert grades is not None and grades.component == "upper" and grades.depends_on == "theta_u"
+    assert grades.law_probability > 0.9
+    told = found.result.fit["prediction"]["theta_u"]
+    assert told["after_rms"][-1] < 0.2 * told["before_rms"][-1]
+    given = case.plant.rig().replace(effects=found.rig.effects)
+    again = diagnose_by_prediction(runs[:2], given, runs[2:], QUICK)
+    assert again.result.effects == []
+
+
+def test_missing_friction_is_told_as_coulomb_friction():
+    plant = Plant(**{**BARE.__dict__, "Tu": 0.06})
+    runs = [run_of(Case(plant, volts=1.6, rate=200.0), seed) for seed in (1, 2, 3)]
+    given = plant.rig().replace(Tsu=0.0)
+    found = diagnose_by_prediction(runs[:2], given, runs[2:], QUICK)
+    (effect,) = found.result.effects
+    assert effect.id == "upper_coulomb"
+    number = effect.parameters["torque"]
+    assert number.low < 0.06 * found.after.rig.Ju / plant.Ju < number.high
+
+
+def test_a_drive_that_acts_two_rows_late_is_no_missing_physics():
+    case = Case(BARE, volts=1.6, rate=200.0)
+    runs = [run_of(case, seed) for seed in (4, 5, 6)]
+    late = [replace(r, u=np.concatenate([r.u[2:], r.u[-2:]])) for r in runs]  # type: ignore[index]
+    found = diagnose_by_prediction(late[:2], BARE.rig(), late[2:], QUICK)
+    assert found.result.effects == []
+    assert found.after.vector[-1] == pytest.approx(2.0, abs=0.3)
+
+
+def test_too_short_a_recording_is_refused_with_what_to_do():
+    short = run_of(Case(BARE, volts=1.6, rate=200.0), 7).part(0, 60)
+    with pytest.raises(InputError, match="record longer"):
+        diagnose_by_prediction([short], BARE.rig(), [short], QUICK)
