@@ -20,7 +20,14 @@ from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.faults import Fault, find_faults
 from drill_env.diagnosis.fit import Fit
-from drill_env.diagnosis.held_out import HORIZON, Judged, judged_channels, noise_floor, rms
+from drill_env.diagnosis.held_out import (
+    HORIZON,
+    Judged,
+    judge,
+    judged_channels,
+    noise_floor,
+    rms,
+)
 from drill_env.diagnosis.judging import far_further, judged
 from drill_env.diagnosis.law import LawFit, law_fit
 from drill_env.diagnosis.left_over import weighed
@@ -29,6 +36,8 @@ from drill_env.diagnosis.named import named_effects, rounds_of
 from drill_env.diagnosis.next_experiment import next_experiment
 from drill_env.diagnosis.offered import free_parameters, is_parameter, offered_effects
 from drill_env.diagnosis.options import DiagnosisOptions
+from drill_env.diagnosis.predicted import with_predictions
+from drill_env.diagnosis.reconsider import reconsidered
 from drill_env.diagnosis.result import (
     Alternative,
     Change,
@@ -41,10 +50,12 @@ from drill_env.diagnosis.rounds import BELIEVED, Found, is_named
 from drill_env.diagnosis.search import find
 from drill_env.diagnosis.sentences import sentences
 from drill_env.diagnosis.terms import Term
+from drill_env.diagnosis.unseen import Unseen
 from drill_env.identification.drive import torque_driven, with_known_scale
 from drill_env.identification.readings import made_of_twist
 from drill_env.identification.samples import Samples, prepare
 from drill_env.parameters import Rig
+from drill_env.prediction.criteria import Criteria
 from drill_env.recordings import Recording
 
 Report = Callable[[str], None]
@@ -176,10 +187,11 @@ def _diagnose(
             samples, rig, found, library, options.most, report, options.doubt, options.fixed
         )
     report("judging held-out recordings")
-    law, found, held, before, after = _held_out(found, law, held)
+    law, found, held, before, after, unseen = _held_out(found, law, held)
     base = law.before if law else found.base
     faults = [f for f in find_faults(found.setting, found.final) if f.id not in options.leave_out]
     result = _result(found, base, rig, law, faults, before, after, held, options)
+    result = with_predictions(result, unseen)
     return Diagnosis(
         result, found, rig, extended_rig(found.final.rig, found.final.terms), before, after,
         tuple(s.recording.source for s in held),
@@ -188,7 +200,9 @@ def _diagnose(
 
 def _held_out(
     plain: Found, law: LawFit | None, held: Sequence[Samples]
-) -> tuple[LawFit | None, Found, list[Samples], tuple[Judged, ...], tuple[Judged, ...]]:
+) -> tuple[
+    LawFit | None, Found, list[Samples], tuple[Judged, ...], tuple[Judged, ...], tuple[Unseen, ...]
+]:
     """What stands on held-out recordings, these cleaned, and how they are judged before and after.
 
     A law of friction that bends to the fitted ones alone is none.
@@ -203,7 +217,11 @@ def _held_out(
     found, after = weighed(found, setting, base, law is not None, ready, before, after)
     if law and found.untold is not None:
         return _held_out(plain, None, held)
-    return law, found, ready, before, after
+    decided = found.final
+    found, unseen = reconsidered(found, ready, Criteria())
+    if found.final is not decided:
+        after = tuple(judge(s, found.setting, found.final) for s in ready)
+    return law, found, ready, before, after, unseen
 
 
 def _result(

@@ -76,14 +76,14 @@ def _measured(samples: Samples) -> FloatArray:
 
 def judge(samples: Samples, setting: Setting, fit: Fit) -> Judged:
     """Filter, free run and 5 s predictions of one recording under a fit, its starts settled."""
-    motion, given, path = _followed(samples, setting, fit)
+    motion, given, path = followed(samples, setting, fit)
     w = path.rows["weight"]
     used = w > 0
     smooth = smoothed(given, fit.noise, path)
     states = smooth.states
     rows = samples.restarts
     spans = np.unique(np.concatenate([rows, _rows_each(samples, HORIZON)])).astype(np.int64)
-    rig, offset = extended_rig(fit.rig, fit.terms), _offset(given, states)
+    rig, offset = extended_rig(fit.rig, fit.terms), offset_of(given, states)
     free = _run_from(samples, rig, motion, offset, rows)
     short = _run_from(samples, rig, motion, offset, spans)
     count = int(used.sum())
@@ -97,11 +97,12 @@ def judge(samples: Samples, setting: Setting, fit: Fit) -> Judged:
 
 def remaining(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, FloatArray]:
     """What all samples say of the motion under a fit, and the latent torques (Nm, shape (n, 2))."""
-    motion, given, path = _followed(samples, setting, fit)
+    motion, given, path = followed(samples, setting, fit)
     return motion, smoothed(given, fit.noise, path).states[:, 4:]
 
 
-def _followed(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Samples, Path]:
+def followed(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Samples, Path]:
+    """What all samples of a recording that was not fitted say of its motion under a fit."""
     # Without the terms, under the little noise that they leave, it would go its own way.
     noise = setting.wide or fit.noise
     path = path_of(samples, fit.rig, noise, samples.starts, setting.robust)
@@ -147,7 +148,7 @@ def _run_from(
     return out
 
 
-def _offset(samples: Samples, states: FloatArray) -> FloatArray:
+def offset_of(samples: Samples, states: FloatArray) -> FloatArray:
     """Twist at which the encoders agree, from the smoothed twist and the measured angles."""
     difference = samples.angles[:, 0] - samples.angles[:, 1]
     ends = [*samples.restarts[1:].tolist(), len(samples.t)]

@@ -5,32 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from drill_env.prediction.candidate import Candidate
-from drill_env.prediction.compare import listed, row_of_gains, weighed
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.fit import Fit, fit
+from drill_env.prediction.rule import NO_GRADES, Entrant, Grades, chosen
 from drill_env.prediction.search import Fold, Round, Tried, searched
 
 Report = Callable[[str], None]
-# Standard errors behind the best from which a model is ruled out: 95 % of a normal.
-_CONFIDENT = 1.96
-
-
-@dataclass(frozen=True, slots=True)
-class Grades:
-    """How sure each grade of a finding is, from coarse to fine.
-
-    Attributes:
-        component: probability that it sits there.
-        depends_on: and is a function of that coordinate.
-        law: and has that law.
-    """
-
-    component: float
-    depends_on: float
-    law: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,7 +29,7 @@ class Choice:
     found: Round
     chosen: Tried | None
     share: float = 1.0
-    grades: Grades = Grades(0.0, 0.0, 0.0)
+    grades: Grades = NO_GRADES
     remainder: bool = False
 
     @property
@@ -63,71 +44,33 @@ class Choice:
 
 
 def decided(found: Round, criteria: Criteria) -> Choice:
-    """Choose among what a round tried.
-
-    A candidate is listed if unseen windows ask for it and its numbers are determined; so is a name
-    that explains the stated share of what a listed free shape at its component does. Of those that
-    no other predicts clearly better than, a name that most machines have is taken, or else the most
-    probable one (`weighed`). A free shape takes the place of a name if it predicts clearly better
-    and the name explains less than that share.
+    """Choose among what a round tried by the rule, see `rule.chosen`.
 
     Args:
         found: the round.
         criteria: of the decision.
     """
-    shapes = [t for t in found.shapes if listed(t.row, criteria)]
-    names = [
-        t
-        for t in found.names
-        if determined(t) and (listed(t.row, criteria) or _stands_for(t, shapes, criteria))
-    ]
-    tried = [*names, *shapes]
-    if not tried:
-        return Choice(found, None)
-    odds = [criteria.common if common(t.candidate) else 1.0 for t in tried]
-    chances = weighed([t.row for t in tried], odds).tolist()
-    tried = [_weighted(t, w) for t, w in zip(tried, chances, strict=True)]
-    found = replace(found, names=_with(found.names, tried), shapes=_with(found.shapes, tried))
-    name = _name(tried)
-    shape = max(
-        (t for t in tried if t.candidate.effect is None), key=lambda t: t.row.gain, default=None
+    told = chosen([_entrant(t) for t in (*found.names, *found.shapes)], criteria)
+    names, shapes = (
+        tuple(_weighted(t, told.weights.get(t.candidate.id, 0.0)) for t in group)
+        for group in (found.names, found.shapes)
     )
-    chosen, share = name or shape, 1.0
-    if name is not None and shape is not None:
-        share = min(name.row.gain / shape.row.gain, 1.0)
-        beyond = row_of_gains("", 0, shape.row.windows - name.row.windows)
-        if share < criteria.share and listed(beyond, criteria):
-            chosen = shape
-    assert chosen is not None
-    return Choice(found, chosen, share, _grades(chosen, tried))
+    found = replace(found, names=names, shapes=shapes)
+    if told.chosen is None:
+        return Choice(found, None)
+    taken = next(t for t in (*names, *shapes) if t.candidate.id == told.chosen.id)
+    return Choice(found, taken, told.share, told.grades)
 
 
-def _stands_for(name: Tried, shapes: Sequence[Tried], criteria: Criteria) -> bool:
-    """Whether a name explains nearly all of what a free shape of its component does."""
-    there = [t.row.gain for t in shapes if t.candidate.component == name.candidate.component]
-    return bool(there) and name.row.gain >= criteria.share * max(there)
-
-
-def _name(tried: Sequence[Tried]) -> Tried | None:
-    """The most plausible of the names that none predicts clearly better than."""
-    names = [t for t in tried if t.candidate.effect is not None]
-    if not names:
-        return None
-    best = max(names, key=lambda t: t.row.gain)
-    behind = {t.candidate.id: row_of_gains("", 0, best.row.windows - t.row.windows) for t in names}
-    near = [t for t in names if t is best or behind[t.candidate.id].z < _CONFIDENT]
-    usual = [t for t in near if common(t.candidate)]
-    return max(usual or near, key=lambda t: t.row.weight)
-
-
-def common(candidate: Candidate) -> bool:
-    """Whether it is physics that most machines have."""
-    return candidate.effect is not None and candidate.effect.common
-
-
-def determined(tried: Tried) -> bool:
-    """Whether no fold's numbers came to the end of their range."""
-    return not any(f.candidates[-1].at_end(f.numbers[-1]) for f in tried.fits)
+def _entrant(tried: Tried) -> Entrant:
+    candidate = tried.candidate
+    named = candidate.effect is not None
+    # Numbers of a free shape are bounded by what is known of them.
+    inside = not any(f.candidates[-1].at_end(f.numbers[-1]) for f in tried.fits)
+    common = candidate.effect is not None and candidate.effect.common
+    return Entrant(
+        candidate.id, candidate.component, candidate.depends_on, named, common, inside, tried.row
+    )
 
 
 def explained(
@@ -170,18 +113,3 @@ def explained(
 
 def _weighted(tried: Tried, weight: float) -> Tried:
     return replace(tried, row=replace(tried.row, weight=weight))
-
-
-def _with(old: Sequence[Tried], weighted: Sequence[Tried]) -> tuple[Tried, ...]:
-    new = {t.candidate.id: t for t in weighted}
-    return tuple(new.get(t.candidate.id, t) for t in old)
-
-
-def _grades(chosen: Tried, tried: Sequence[Tried]) -> Grades:
-    """Sums of weights over what shares the component, the coordinate and the law."""
-    where = chosen.candidate.component
-    on = chosen.candidate.depends_on
-    weights = np.array([t.row.weight for t in tried])
-    same = np.array([t.candidate.component == where for t in tried])
-    deep = same & np.array([t.candidate.depends_on == on for t in tried])
-    return Grades(float(weights[same].sum()), float(weights[deep].sum()), chosen.row.weight)

@@ -18,12 +18,14 @@ from drill_env.diagnosis.strikes import Strike
 from drill_env.report._diagnosis_rows import (
     effect_rows,
     error_rows,
+    grade_rows,
     likelihood_rows,
     located_rows,
     names_of,
     noise_rows,
     number_text,
     parameter_rows,
+    prediction_rows,
     ranking_rows,
 )
 from drill_env.report.diagnosis_evidence import Evidence, evidence, latent_torques
@@ -64,6 +66,7 @@ def diagnosis_page(found: Diagnosis | PredictionDiagnosis) -> str:
         new_law=any(effect.id == _LAW for effect in result.effects),
         effects=[effect_rows(e.parameters) for e in result.effects],
         rounds=[ranking_rows(r, final.terms, found.found.given_up) for r in found.found.rounds],
+        predictions=prediction_rows(result), grades=grade_rows(result),
         needed=number_text(BELIEVED), beside=number_text(NEEDED_BESIDE),
         errors=error_rows(result), likelihoods=likelihood_rows(result), held=_held_out(found),
         added=bool(seen),

@@ -1,0 +1,138 @@
+"""The decision rule: which of the candidates of one search is taken, and how sure that is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from drill_env.prediction.compare import Row, listed, row_of_gains, weighed
+from drill_env.prediction.criteria import Criteria
+
+# Standard errors behind the best from which a model is ruled out: 95 % of a normal.
+_CONFIDENT = 1.96
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Entrant:
+    """A candidate of a search.
+
+    Attributes:
+        id: of the candidate.
+        component: where it sits.
+        depends_on: coordinate that it is a function of.
+        named: whether it is an effect of the library and no free shape.
+        common: whether most machines have it.
+        determined: whether its numbers are inside their ranges.
+        row: how it predicts unseen recordings.
+    """
+
+    id: str
+    component: str
+    depends_on: str
+    named: bool
+    common: bool
+    determined: bool
+    row: Row
+
+
+@dataclass(frozen=True, slots=True)
+class Grades:
+    """How sure each grade of a finding is, from coarse to fine.
+
+    Attributes:
+        component: probability that it sits there.
+        depends_on: and is a function of that coordinate.
+        law: and has that law.
+    """
+
+    component: float
+    depends_on: float
+    law: float
+
+
+NO_GRADES = Grades(0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Choice:
+    """What the rule came to.
+
+    Attributes:
+        chosen: the candidate that is taken, a name or a free shape; None if none is listed.
+        share: of what the best free shape explains that the name explains.
+        grades: how sure it is.
+        weights: probability of each listed candidate, by its id.
+    """
+
+    chosen: Entrant | None
+    share: float
+    grades: Grades
+    weights: dict[str, float]
+
+
+def chosen(entrants: Sequence[Entrant], criteria: Criteria) -> Choice:
+    """Choose among candidates.
+
+    A candidate is listed if unseen windows ask for it and its numbers are determined; so is a name
+    that explains the stated share of what a listed free shape at its component does. Of those that
+    no other predicts clearly better than, a name that most machines have is taken, or else the most
+    probable one (`weighed`). A free shape takes the place of a name if it predicts clearly better
+    and the name explains less than that share.
+
+    Args:
+        entrants: names and free shapes.
+        criteria: of the decision.
+    """
+    shapes = [e for e in entrants if not e.named and listed(e.row, criteria)]
+    names = [
+        e
+        for e in entrants
+        if e.named
+        and e.determined
+        and (listed(e.row, criteria) or _stands_for(e, shapes, criteria))
+    ]
+    there = [*names, *shapes]
+    if not there:
+        return Choice(None, 1.0, NO_GRADES, {})
+    odds = [criteria.common if e.common else 1.0 for e in there]
+    chances = weighed([e.row for e in there], odds).tolist()
+    there = [replace(e, row=replace(e.row, weight=w)) for e, w in zip(there, chances, strict=True)]
+    name = _most_plausible([e for e in there if e.named])
+    shape = max((e for e in there if not e.named), key=lambda e: e.row.gain, default=None)
+    taken, share = name or shape, 1.0
+    if name is not None and shape is not None:
+        share = min(name.row.gain / shape.row.gain, 1.0)
+        beyond = row_of_gains("", 0, shape.row.windows - name.row.windows)
+        if share < criteria.share and listed(beyond, criteria):
+            taken = shape
+    assert taken is not None
+    weights = {e.id: e.row.weight for e in there}
+    return Choice(taken, share, _grades(taken, there), weights)
+
+
+def _stands_for(name: Entrant, shapes: Sequence[Entrant], criteria: Criteria) -> bool:
+    """Whether a name explains nearly all of what a free shape of its component does."""
+    there = [e.row.gain for e in shapes if e.component == name.component]
+    return bool(there) and name.row.gain >= criteria.share * max(there)
+
+
+def _most_plausible(names: Sequence[Entrant]) -> Entrant | None:
+    """Of the names that none predicts clearly better than."""
+    if not names:
+        return None
+    best = max(names, key=lambda e: e.row.gain)
+    near = [
+        e
+        for e in names
+        if e is best or row_of_gains("", 0, best.row.windows - e.row.windows).z < _CONFIDENT
+    ]
+    usual = [e for e in near if e.common]
+    return max(usual or near, key=lambda e: e.row.weight)
+
+
+def _grades(taken: Entrant, there: Sequence[Entrant]) -> Grades:
+    """Sums of weights over what shares the component, the coordinate and the law."""
+    same = [e for e in there if e.component == taken.component]
+    on = [e for e in same if e.depends_on == taken.depends_on]
+    sums = [sum(e.row.weight for e in part) for part in (same, on)]
+    return Grades(min(sums[0], 1.0), min(sums[1], 1.0), min(taken.row.weight, 1.0))
