@@ -179,8 +179,8 @@ def sentences_by_prediction(result: DiagnosisResult) -> list[str]:
         )
         if g.law and g.share < 1.0:
             lines.append(
-                f"{g.law} explains {g.share:.0%} of what a free function explains: its law "
-                "differs somewhat from the library's."
+                f"{g.law} explains {g.share:.0%} of what the best free function of one "
+                "coordinate explains."
             )
     lines += [_effect(effect) for effect in result.effects]
     if result.shape is not None:

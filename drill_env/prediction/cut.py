@@ -44,21 +44,26 @@ class Cut:
         """Between two rows, s."""
         return float(np.median(np.diff(self.samples.t)))
 
-    def errors(self, rig: Rig, shift: float) -> FloatArray:
-        """Predicted less read, rad; large where the prediction failed; shape (w, k, c).
+    def predicted(self, rig: Rig, shift: float, windows: Windows | None = None) -> FloatArray:
+        """Readings that a rig predicts, rad, shape (w, k, c); infinite where it failed.
 
         Args:
             rig: parameters and effects.
             shift: of the drive behind the readings, in sampling intervals.
+            windows: of the same motion; those of the cut by default.
         """
-        count, delay, windows = self.target.shape[2], shift * self.interval, self.windows
+        count, delay = self.target.shape[2], shift * self.interval
+        windows = self.windows if windows is None else windows
         if self.lower is not None:
             rig, windows = _pulled(rig, windows, self.lower, delay)
+        return windows.predicted(rig, shift=delay)[..., :count]
+
+    def errors(self, rig: Rig, shift: float) -> FloatArray:
+        """Predicted less read, rad; large where the prediction failed; shape (w, k, c)."""
         try:
-            predicted = windows.predicted(rig, shift=delay)[..., :count]
+            gap = self.predicted(rig, shift) - self.target
         except RuntimeError:
             return np.full_like(self.target, FAR)
-        gap = predicted - self.target
         return np.where(np.isfinite(gap), np.clip(gap, -FAR, FAR), FAR)
 
 

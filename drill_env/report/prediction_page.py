@@ -107,7 +107,6 @@ def _windows_figure(found: PredictionDiagnosis, before: FloatArray, disc: int) -
     starts = cut.windows.starts[first : first + _DRAWN]
     last = cut.windows.rows[first : first + _DRAWN, -1]
     rows = np.linspace(starts + 1, last, _ROWS).astype(np.int64).T
-    rows = np.maximum.accumulate(rows + np.arange(_ROWS) * 0, axis=1)
     dense = Windows(cut.windows.motion, starts, rows)
     t = cut.samples.t
     with page_style():
@@ -126,8 +125,7 @@ def _windows_figure(found: PredictionDiagnosis, before: FloatArray, disc: int) -
 def _draw(
     axis: Any, t: FloatArray, cut: Cut, dense: Windows, fit: Fit, disc: int, colour: str, name: str
 ) -> None:
-    shift = float(fit.vector[-1]) * cut.interval
-    predicted = dense.predicted(fit.rig, shift=shift)[..., disc]
+    predicted = cut.predicted(fit.rig, float(fit.vector[-1]), dense)[..., disc]
     for i, row in enumerate(dense.rows):
         axis.plot(t[row], predicted[i], color=colour, lw=1.2, label=name if i == 0 else None)
 
