@@ -9,6 +9,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from drill_env._types import FloatArray
+from drill_env.diagnosis.belief import significant
 from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.result import (
@@ -41,8 +42,6 @@ from drill_env.recordings import Recording
 
 Report = Callable[[str], None]
 _Z = 1.959964
-# Standard deviations of a change that is one.
-_CHANGED = 3.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -167,7 +166,7 @@ def _result(
         verdict = "unexplained"
     elif named:
         verdict = "missing_physics"
-    elif options.given_rig and any(_differs(c) for c in changed.values()):
+    elif options.given_rig and significant(changed):
         verdict = "parameters"
     first = kept[0] if kept else None
     shape = _shape(last.chosen, after) if last is not None and last.chosen is not None else None
@@ -208,11 +207,6 @@ def _changes(after: Fit, spread: FloatArray) -> dict[str, Change]:
         name: Change(getattr(setting.start, name), value, value - _Z * size, value + _Z * size)
         for (name, value), size in zip(values.items(), sizes.tolist(), strict=True)
     }
-
-
-def _differs(change: Change) -> bool:
-    spread = (change.high - change.low) / (2.0 * _Z)
-    return abs(change.after - change.before) > _CHANGED * spread
 
 
 def _far_off(after: Fit) -> list[str]:

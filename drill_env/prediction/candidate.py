@@ -11,8 +11,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.effects import Effect
-from drill_env.effects._effect import EffectParameter
+from drill_env.effects import Effect, EffectParameter
 from drill_env.effects.along import Motion
 from drill_env.parameters import Rig
 
