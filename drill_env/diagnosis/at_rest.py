@@ -8,6 +8,7 @@ is asked, over sizes as well as shapes.
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -18,8 +19,9 @@ from drill_env.diagnosis.ground import Ground
 from drill_env.diagnosis.moves import gain_of, own_values
 from drill_env.diagnosis.terms import Named, Term
 
-# Sizes of an amplitude, in usual ones: no further apart than the valley is wide.
-_SIZES = tuple(1.2**k for k in range(-2, 17))
+# Least size of an amplitude, in usual ones, and the factor from one to the next: no further apart
+# than the valley is wide.
+_LEAST, _APART = 0.7, 1.2
 # Points around which the recording that rests most tries sizes between, and that it passes to all.
 _NEAR, _BETWEEN, _WORTH = 5, (0.9, 0.95, 1.05, 1.1), 6
 
@@ -39,8 +41,8 @@ def best_at_rest(ground: Ground, source: Named) -> tuple[Term, float] | None:
     rested = [_rows_before_break_aways(known.path.rows["stuck"][:, disc]) for known in ground.known]
     if not any(rested):
         return None
-    one = _alone(setting, fit, int(np.argmax(rested)))
-    tried = _gains(*one, [Term(source, q) for q in _points(source)])
+    one = alone(setting, fit, int(np.argmax(rested)))
+    tried = _gains(*one, [Term(source, q) for q in _points(source, _strongest_hold(fit, disc))])
     ranked = sorted(tried, key=_gain, reverse=True)
     near = [_resized(term, share) for term, _ in ranked[:_NEAR] for share in _BETWEEN]
     few = sorted([*ranked, *_gains(*one, near)], key=_gain, reverse=True)[:_WORTH]
@@ -58,15 +60,24 @@ def _rows_before_break_aways(stuck: IntArray) -> int:
     return int(stuck[: leaves[-1] + 1].sum()) if len(leaves) else 0
 
 
-def _points(source: Named) -> list[FloatArray]:
-    axes = [
-        tuple(p.grid[0] * size for size in _SIZES) if p.role == "amplitude" else p.grid
-        for p in source.effect.parameters
-    ]
+def _strongest_hold(fit: Fit, disc: int) -> float:
+    """The largest torque (Nm) that pulled at a disc: no friction that it overcame was larger."""
+    string = max(float(np.abs(m.states[:, 0]).max()) for m in fit.motions) * fit.rig.ktheta
+    drive = max(float(np.abs(m.u).max()) for m in fit.motions) * fit.rig.km
+    return string if disc else string + drive
+
+
+def _points(source: Named, most: float) -> list[FloatArray]:
+    axes = []
+    for p in source.effect.parameters:
+        least = _LEAST * p.grid[0]
+        count = max(int(math.log(max(most / least, 1.0)) / math.log(_APART)) + 1, 1)
+        sizes = tuple((least * _APART ** np.arange(count)).tolist())
+        axes.append(sizes if p.role == "amplitude" else p.grid)
     return [source.bounded(np.array(point)) for point in itertools.product(*axes)]
 
 
-def _alone(setting: Setting, fit: Fit, place: int) -> tuple[Setting, Fit]:
+def alone(setting: Setting, fit: Fit, place: int) -> tuple[Setting, Fit]:
     """The setting and the fit of one recording."""
     return (
         replace(setting, samples=(setting.samples[place],)),

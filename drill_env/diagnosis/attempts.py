@@ -12,10 +12,15 @@ from drill_env.diagnosis.joint import SIZES, TORQUES, descend_jointly
 from drill_env.diagnosis.moves import added, with_new_motions
 from drill_env.diagnosis.resonance import resonates, retuned
 from drill_env.diagnosis.rounds import NEEDED, Attempt, Round, is_named
+from drill_env.diagnosis.terms import Named
+from drill_env.effects import Effect
 from drill_env.identification.noise import NoiseModel
 
 FIRST_ROUNDS = 2
 """Rounds of a candidate's first descent."""
+
+CONFUSED_ROUNDS = 12
+"""Rounds of what the best name is easily taken for and was not tried."""
 
 # Rounds more for candidates whose gain is not below this share of the best one's, and how many.
 # The last ones get motions that are told anew with the candidate in place.
@@ -89,6 +94,20 @@ def heated(setting: Setting, fit: Fit, done: list[Attempt]) -> list[Attempt]:
                 if after.criterion < NEEDED and after.gain < a.gain + _MOVES:
                     resting.add(a.term.id)
     return sorted(done, key=lambda a: -a.gain)
+
+
+def confused_with(done: Sequence[Attempt], effects: Sequence[Effect]) -> list[Effect]:
+    """Effects that the best name is easily taken for and that were not tried."""
+    tried = {a.term.id for a in done}
+    names = [a.term.source for a in done if is_named(a.term) and a.criterion > NEEDED]
+    if not names or not isinstance(names[0], Named):
+        return []
+    best = names[0].effect
+    return [
+        e
+        for e in effects
+        if e.id not in tried and (e.id in best.neighbours or best.id in e.neighbours)
+    ]
 
 
 def worth_a_round(behind: float, left: int) -> float:

@@ -10,10 +10,12 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env.diagnosis.attempts import (
+    CONFUSED_ROUNDS,
     FIRST_ROUNDS,
     attempted,
     best_of_each,
     carried_on,
+    confused_with,
     heated,
     restated,
     tightened,
@@ -46,6 +48,7 @@ from drill_env.diagnosis.rounds import (
 )
 from drill_env.diagnosis.scan import Scored, score_effects, score_shapes
 from drill_env.diagnosis.shapes import come_round, free_shapes
+from drill_env.diagnosis.sizeless import descended, has_peaks
 from drill_env.diagnosis.slips import broken_counts, slips
 from drill_env.diagnosis.strikes import Strike, faint, named_strikes, score_strikes
 from drill_env.diagnosis.terms import Shape
@@ -124,10 +127,20 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     hopeful = [s for s in likely if s.gain - s.own - s.numbers * price > least]
     hopeful += [Scored(term, gain) for term, gain in lost if gain - len(term.q) * price > 0.0]
     done: list[Attempt] = []
-    for start in _starts(setting, fit, hopeful):
+    starts = _starts(setting, fit, hopeful)
+    peaked = [e for e in effects if e.id not in present and has_peaks(e)]
+    if unusual(fit.noise):
+        report("trying plays and resonances")
+        starts += [descended(ground, effect) for effect in peaked]
+    for start in starts:
         report(f"trying {start.terms[-1].id}")
         done.append(carried_on(setting, fit, start, FIRST_ROUNDS))
-    done = with_resonances_retuned(setting, fit, heated(setting, fit, done))
+    done = heated(setting, fit, done)
+    done += [
+        carried_on(setting, fit, descended(ground, effect), CONFUSED_ROUNDS, enough=1.0)
+        for effect in confused_with(done, peaked)
+    ]
+    done = with_resonances_retuned(setting, fit, done)
     if unusual(fit.noise):
         report("trying with the usual noise")
         done = sorted([*done, *tightened(setting, fit, done)], key=lambda a: -a.gain)

@@ -15,7 +15,7 @@ from drill_env.diagnosis.held_out import followed, offset_of
 from drill_env.diagnosis.rounds import Attempt, Round, is_named, place_of
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.strikes import Once
-from drill_env.diagnosis.terms import Named
+from drill_env.diagnosis.terms import Named, with_terms
 from drill_env.effects.along import Motion
 from drill_env.identification.samples import Samples
 from drill_env.integrator.windows import Windows
@@ -97,9 +97,15 @@ def _scores(
 ) -> tuple[FloatArray, list[int]]:
     """Log density of blocks of windows at each lead (b, k), and each block's recording."""
     fitted = zip(setting.samples, fit.motions, strict=True)
-    known = [_errors(s, motion, fit, leads) for s, motion in fitted]
+    known = [
+        _errors(s, with_terms(s, fit.terms, fit.rig, motion), motion, fit, leads)
+        for s, motion in fitted
+    ]
     size = scales(np.concatenate(known), criteria.degrees)
-    judged = [_errors(s, followed(s, setting, fit)[0], fit, leads) for s in held]
+    judged = []
+    for s in held:
+        motion, given, _ = followed(s, setting, fit)
+        judged.append(_errors(s, given, motion, fit, leads))
     blocks, marks = [], []
     count = max(round(float(leads[-1]) / _EACH), 1)
     for mark, errors in enumerate(judged):
@@ -110,10 +116,20 @@ def _scores(
     return np.array(blocks), marks
 
 
-def _errors(samples: Samples, motion: Motion, fit: Fit, leads: FloatArray) -> FloatArray:
-    """Predicted less read, rad, of windows that begin each half second; shape (w, k, 2)."""
+def _errors(
+    samples: Samples, given: Samples, motion: Motion, fit: Fit, leads: FloatArray
+) -> FloatArray:
+    """Predicted less read, rad, of windows that begin each half second; shape (w, k, 2).
+
+    Args:
+        samples: as they were read.
+        given: the same without what the fit says is misread: the encoders' offset is theirs.
+        motion: told by them.
+        fit: what predicts.
+        leads: s, shape (k,).
+    """
     starts, rows = _rows(samples, leads)
-    offset = offset_of(samples, motion.states)[starts]
+    offset = offset_of(given, motion.states)[starts]
     windows = Windows(motion, starts, rows, as_read=False)
     try:
         predicted = windows.predicted(extended_rig(fit.rig, fit.terms))[..., :2]

@@ -30,6 +30,13 @@ EFFECT = Effect(
             "frequency",
             "Hz",
             (
+                0.503,
+                0.555,
+                0.612,
+                0.675,
+                0.745,
+                0.822,
+                0.907,
                 1.0,
                 1.103,
                 1.216,
@@ -63,7 +70,7 @@ EFFECT = Effect(
             high=100.0,
             form=0.0,
         ),
-        shape("damping", "1", (0.02,), low=0.0005, high=2.0),
+        shape("damping", "1", (0.02, 0.1), low=0.0005, high=2.0),
     ),
     formula="2 ktheta z on both, "
     "d2z/dt2 = -(domega_u/dt + domega_l/dt)/2 - w^2 z - 2 damping w dz/dt, w = 2 pi frequency",
