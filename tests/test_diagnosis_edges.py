@@ -23,7 +23,6 @@ from drill_env.diagnosis.belief import rivals
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.diagnose import diagnose
 from drill_env.diagnosis.held_out import judge, noise_floor
-from drill_env.diagnosis.judging import _as_near
 from drill_env.diagnosis.locate import label_of, locate
 from drill_env.diagnosis.next_experiment import _confused
 from drill_env.diagnosis.offered import free_parameters
@@ -119,7 +118,7 @@ def test_lost_counts_that_are_left_out_are_not_named():
 
 def test_what_was_found_is_no_rival_and_what_was_given_up_asks_for_no_recording():
     first = Round(
-        None, (),  # type: ignore[arg-type]
+        SimpleNamespace(terms=()), (),  # type: ignore[arg-type]
         attempts(("unbalance", 900.0), ("brake_runout", 897.0), ("whirl_drag", 895.0)), (),
     )  # fmt: skip
     found = found_of(first, "unbalance", "brake_runout")
@@ -134,7 +133,7 @@ def test_what_was_found_is_no_rival_and_what_was_given_up_asks_for_no_recording(
 
 
 def test_what_replaced_the_first_name_is_ranked_by_what_it_gains_alone():
-    before: Any = SimpleNamespace(value=1000.0, bic=1000.0)
+    before: Any = SimpleNamespace(value=1000.0, bic=1000.0, terms=())
     first = Round(before, (), attempts(("unbalance", 900.0), ("whirl_drag", 5.0)), ())
     later: Any = SimpleNamespace(
         terms=(Term(Named(LIBRARY["whirl_drag"]), np.zeros(0)),), value=70.0, bic=80.0
@@ -144,18 +143,6 @@ def test_what_replaced_the_first_name_is_ranked_by_what_it_gains_alone():
         ("whirl_drag", 920.0),
         ("unbalance", 900.0),
     ]
-
-
-def test_one_disc_that_is_read_tells_whether_predictions_are_as_near():
-    def errors(upper: float, lower: float) -> Any:
-        short = np.tile([upper, lower], (5, 1))
-        return SimpleNamespace(short=short, measured=np.zeros((5, 2)))
-
-    missing = math.nan
-    assert _as_near([errors(1.0, missing)], [errors(1.02, missing)])
-    assert not _as_near([errors(1.0, missing)], [errors(1.2, missing)])
-    assert not _as_near([errors(1.0, 1.0)], [errors(1.0, missing)])
-    assert not _as_near([errors(missing, missing)], [errors(missing, missing)])
 
 
 def test_the_mismatch_is_strongest_where_its_torque_is_largest():

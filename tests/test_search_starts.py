@@ -1,4 +1,4 @@
-"""Where the search begins with what slopes do not tell, and how windows judge a misread angle."""
+"""Where the search begins with what slopes do not tell."""
 
 from __future__ import annotations
 
@@ -12,12 +12,9 @@ from drill_env.diagnosis.attempts import attempted, confused_with
 from drill_env.diagnosis.ground import ground_at
 from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.moves import added
-from drill_env.diagnosis.rounds import Round
 from drill_env.diagnosis.sizeless import descended, has_peaks
 from drill_env.diagnosis.terms import Named, Term
-from drill_env.diagnosis.unseen import unseen_of
 from drill_env.effects import LIBRARY
-from drill_env.prediction.criteria import Criteria
 from tests.test_filter_at_rest import played, setting_of
 
 
@@ -56,16 +53,3 @@ def test_what_the_best_name_is_taken_for_is_tried_too():
     asked = [effect.id for effect in confused_with([best], peaked)]
     assert "gear_backlash" in asked
     assert "string_inertia" not in asked and "gear_compliance" not in asked
-
-
-def test_windows_do_not_blame_a_name_for_the_angle_that_it_says_is_misread():
-    """The encoders' common zero is that of the corrected angles, or all windows begin off it."""
-    error = 1e-3
-    seen, unseen = recorded("encoder_gain_lower", (error,), "chirp", "ramp")
-    setting, base = setting_of(seen)
-    term = Term(Named(LIBRARY["encoder_gain_lower"]), np.array([error]))
-    attempt = attempted(base, polished(setting, added(setting, base, term)))
-    assert attempt.term.q[0] == pytest.approx(error, rel=0.1)
-    judged = unseen_of(setting, Round(base, (), (attempt,), ()), [unseen], Criteria())
-    row = judged.entrants[0].row
-    assert row.by_lead[0] > -0.05 and row.gain > 0.0

@@ -12,7 +12,7 @@ from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.offered import is_parameter
 from drill_env.diagnosis.remainder import PREDICTABLE
 from drill_env.diagnosis.result import Change, Number
-from drill_env.diagnosis.rounds import NEEDED, Found, Round, acts_at, clearly, is_named
+from drill_env.diagnosis.rounds import NEEDED, Found, Round, acts_at, clearly, is_named, place_of
 from drill_env.diagnosis.terms import Shape, Term
 from drill_env.identification.coordinates import inverse
 from drill_env.parameters import Rig
@@ -74,12 +74,15 @@ def _chances(
     named = {a.term.id: a.criterion - other for a in found.named} | dict(beside)
     evidence = {name: gain for name, gain in named.items() if name not in given_up}
     names = list(evidence)
+    # A shape where an earlier name acts is the difference of that name's law, and no rival.
+    taken = {place_of(term)[0] for term in found.before.terms}
+    left = [a.term.id for a in found.shapes if place_of(a.term)[0] in taken]
     for attempt in found.shapes:
-        if attempt.term.id in given_up:
+        if attempt.term.id in (*given_up, *left):
             continue
         # A shape bends to anything: it must explain clearly more than a name.
         evidence[attempt.term.id] = attempt.criterion - clearly(attempt.criterion) - other
-    return dict.fromkeys(given_up, 0.0) | _shares(evidence, names)
+    return dict.fromkeys((*given_up, *left), 0.0) | _shares(evidence, names)
 
 
 def standings(found: Found, first: Round) -> dict[str, tuple[float, float]]:
@@ -92,7 +95,7 @@ def standings(found: Found, first: Round) -> dict[str, tuple[float, float]]:
     lead = next((t.id for t in found.final.terms if t.id in found.contests), "")
     beside = found.contests[lead] if lead in alone else {}
     other = first.before.bic - found.final.bic - beside[lead] if beside else 0.0
-    chances = _chances(first, beside, other, found.ruled_out)
+    chances = _chances(first, beside, other, found.given_up)
     gains = {name: gain - other for name, gain in alone.items()} | beside
     best = max(gains.values(), default=0.0)
     return {name: (chances[name], best - gain) for name, gain in gains.items()}
@@ -120,7 +123,7 @@ def belief_in(found: Found, name: str) -> float:
         if is_parameter(name):
             after = [*rounds[1:], None][: len(rounds)]
             rounds = [_as_asked(found, *pair) for pair in zip(rounds, after, strict=True)]
-        told = (probabilities(r, found.ruled_out) for r in rounds)
+        told = (probabilities(r, found.given_up) for r in rounds)
         own = max((chances.get(name, 0.0) for chances in told), default=1.0)
     return min(own, 1.0 - 0.5 * _elsewhere(found), LEAVING if _leaves(found, name) else 1.0)
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
-from drill_env.diagnosis.attempts import restated
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.joint import LAST_ROUNDS, descend_jointly, polished
+from drill_env.diagnosis.joint import descend_jointly, polished
 from drill_env.diagnosis.moves import added, without
-from drill_env.diagnosis.rounds import NEEDED, Found, Round
+from drill_env.diagnosis.rounds import NEEDED, Round
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Named, Term
 
@@ -64,18 +62,3 @@ def _part_of_another(terms: Sequence[Term], place: int) -> bool:
     """Whether a term is what another one is at its limit: a gear's spring is in its play."""
     found = (t.source.effect for t in terms if isinstance(t.source, Named))
     return any(effect.limit and effect.limit[1] == terms[place].id for effect in found)
-
-
-def trimmed(found: Found) -> Found:
-    """What was found without the last term."""
-    final = found.final
-    if len(final.terms) < 2:
-        return replace(found, final=found.base)
-    fewer = without(found.setting, final, len(final.terms) - 1)
-    fewer = descend_jointly(found.setting, fewer, limit=LAST_ROUNDS, enough=0.5, only=None)
-    # What was gained beside the term that is gone tells nothing any more. The one that is left may
-    # have come in another's place.
-    rounds = found.rounds
-    if len(fewer.terms) == 1 and not rounds[0].before.terms:
-        rounds = (restated(rounds[0], fewer), *rounds[1:])
-    return replace(found, final=fewer, rounds=rounds, contests={})

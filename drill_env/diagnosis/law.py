@@ -16,7 +16,7 @@ from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import remaining
 from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.remainder import PREDICTABLE, Latent, remainder_of
-from drill_env.diagnosis.rounds import NEEDED, Found, clearly
+from drill_env.diagnosis.rounds import NEEDED, Found
 from drill_env.diagnosis.search import base_fit, find
 from drill_env.effects import Effect
 from drill_env.friction import lower_curve
@@ -140,11 +140,7 @@ def _with_own_law(fit: Fit, plain: Found, rig: Rig) -> Found:
         if here.terms and found.rounds:
             rounds = (restated(found.rounds[0], here), *found.rounds[1:])
             found = replace(found, rounds=rounds)
-    named, shaped = plain.base.bic - here.bic, plain.nameless
-    if shaped is None or plain.refuted is not None:
-        return found
-    better = plain.base.bic - shaped.bic > named + clearly(named)
-    return found if better else replace(found, nameless=None)
+    return found
 
 
 def _left_at_the_brake(plain: Found) -> bool:

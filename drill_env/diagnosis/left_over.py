@@ -1,4 +1,4 @@
-"""What is left over decides whether names stay, and whether nothing is missing."""
+"""How much of what is left over the motion predicts, and whether nothing is missing."""
 
 from __future__ import annotations
 
@@ -9,63 +9,50 @@ import numpy as np
 
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import Judged, remaining
-from drill_env.diagnosis.judging import without_names
-from drill_env.diagnosis.remainder import PREDICTABLE, Latent, Remainder, remainder_of, share_by
-from drill_env.diagnosis.rounds import Found, acts_at, is_named
+from drill_env.diagnosis.remainder import PREDICTABLE, Latent, remainder_of, share_by
+from drill_env.diagnosis.rounds import Found
 from drill_env.diagnosis.shapes import COORDINATES, Place, plain_shape
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Term
-from drill_env.identification.samples import Samples
 
-# Names are refuted by more than this share of what the rig alone left and the motion predicts.
-# Seven wrong answers had 0.42 and more; of three right ones on made rigs that left something the
-# largest was 0.06, of two on a real axis, which has more that no formula holds, 0.32.
+# Share of what the rig alone left and the motion predicts above which another law of friction that
+# leaves it is none. Seven wrong answers had 0.42 and more, three right ones 0.06 and less.
 _REFUTING = 0.4
-# Above this one, and above that share of what is left, by a free shape that held-out recordings
-# prefer: two wrong answers had 0.16 and 0.024.
-_DOUBTING, _MOSTLY = 0.01, 0.5
 _DISCS: tuple[Place, Place] = ("upper", "lower")
 # Cosine of both discs' torques below which they are the string's.
 _OPPOSED = -0.8
 
 
-def weighed(
-    found: Found, setting: Setting, base: Fit, law: bool, held: Sequence[Samples],
-    before: tuple[Judged, ...], after: tuple[Judged, ...],
-) -> tuple[Found, tuple[Judged, ...]]:  # fmt: skip
-    """Names whose remainder the motion predicts are given up; what has none is told as a shape.
+def with_remainder(
+    found: Found, setting: Setting, base: Fit, law: bool, before: Sequence[Judged],
+    after: Sequence[Judged],
+) -> Found:  # fmt: skip
+    """How much of what is left over the motion predicts, and its shape if nothing was found.
 
     Args:
-        found: the search, judged.
+        found: the search, decided.
         setting: of the rig alone.
         base: the rig alone, fitted.
         law: whether another friction law was found.
-        held: held-out recordings.
-        before: these under the rig alone.
+        before: held-out recordings under the rig alone.
         after: these under what was found.
     """
     if not found.rounds:
-        return found, after
+        return found
     latents = _latents(found.setting, found.final, after)
     left = remainder_of(latents)
     found = replace(found, remainder=left)
-    if max(left.shares) < PREDICTABLE or not all(map(is_named, found.final.terms)):
-        return found, after
-    if not found.final.terms and not law:
-        return _told(found, latents), after
-    plainly, maybe = _doubted(left, remainder_of(_latents(setting, base, before)))
+    if max(left.shares) < PREDICTABLE or found.refuted is not None:
+        return found
     if law:
-        return _told(found, latents) if plainly else found, after
-    if not _any_at(found, [*plainly, *maybe]):
-        # A small trace at the other disc is told by its share alone.
-        return found, after
-    bare, other = without_names(found, held, before)
-    preferred = bool(bare.final.terms) and sum(j.value for j in other) < sum(j.value for j in after)
-    if not preferred and not _any_at(found, plainly):
-        return found, after
-    latents = _latents(bare.setting, bare.final, other)
-    bare = replace(bare, remainder=remainder_of(latents))
-    return bare if bare.final.terms else _told(bare, latents), other
+        alone = remainder_of(_latents(setting, base, before))
+        refuted = any(
+            share > PREDICTABLE and now > _REFUTING * then
+            for share, now, then in zip(left.shares, left.squares, alone.squares, strict=True)
+        )
+        return _told(found, latents) if refuted else found
+    # Beside names it may be the difference of their laws, or a second effect: a sentence says so.
+    return found if found.final.terms else _told(found, latents)
 
 
 def _latents(setting: Setting, fit: Fit, judged: Sequence[Judged]) -> list[Latent]:
@@ -77,26 +64,6 @@ def _latents(setting: Setting, fit: Fit, judged: Sequence[Judged]) -> list[Laten
     if any(isinstance(term.source, Slips) for term in fit.terms):
         return seen
     return [*seen, *(Latent(one.motion, one.torques) for one in judged)]
-
-
-def _doubted(left: Remainder, alone: Remainder) -> tuple[list[int], list[int]]:
-    """Discs at which what names leave over refutes them, and at which it may.
-
-    It must be predictable, and no small part of what was so without them.
-    """
-    plainly, maybe = [], []
-    for disc in range(2):
-        now, then = left.squares[disc], alone.squares[disc]
-        if left.shares[disc] > PREDICTABLE and now > _REFUTING * then:
-            plainly.append(disc)
-        elif left.shares[disc] > _MOSTLY and now > _DOUBTING * then:
-            maybe.append(disc)
-    return plainly, maybe
-
-
-def _any_at(found: Found, discs: Sequence[int]) -> bool:
-    """Whether something that was found acts at one of some discs."""
-    return any(acts_at(term, discs) for term in found.final.terms)
 
 
 def _told(found: Found, latents: Sequence[Latent]) -> Found:

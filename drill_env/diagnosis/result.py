@@ -132,14 +132,15 @@ class Grade:
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """How one candidate predicts unseen recordings, beside the model without it.
+    """How one candidate does, beside the model without it.
 
     Attributes:
         id: of the candidate.
-        gain: log density of all unseen windows less that of the model without it, nats.
-        standard_error: of the gain.
-        z: their ratio.
-        by_lead: the gain at each lead.
+        gain: log density of all unseen windows less that of the model without it, nats; of a whole
+            rig the evidence of all recordings.
+        standard_error: of the gain, or of its held-out part.
+        z: their ratio, 0 where there is no scatter.
+        by_lead: the gain at each lead; of a whole rig that of fitted and of held-out recordings.
         numbers: how many it has.
         weight: its probability among those that are listed, 0 if it is not.
         kept: whether it was taken.

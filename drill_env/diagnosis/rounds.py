@@ -12,7 +12,6 @@ from drill_env.diagnosis.remainder import Remainder
 from drill_env.diagnosis.scan import Scored
 from drill_env.diagnosis.shapes import own_functions
 from drill_env.diagnosis.slips import Slips
-from drill_env.diagnosis.strikes import Once
 from drill_env.diagnosis.terms import Named, Shape, Term
 from drill_env.diagnosis.waves import Wave
 
@@ -35,8 +34,6 @@ _EARLY = 0.01
 
 # By this share more must a free shape explain before a name gives way to it.
 _NAMELESS = 0.3
-# A name that leaves over this share of its gain, at the very place where it acts, is not right.
-_LEFT_AT_ITS_PLACE = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,12 +87,9 @@ class Found:
         final: the fit with all that is believed in.
         contests: of each term that was found before another one, what it and its rivals gain
             beside the others.
-        nameless: a fit with a free shape that explains the recordings clearly better, if any.
-        refuted: a fit with names that were given up, if any: of what they leave over, or of
-            held-out recordings.
+        refuted: a fit with names that were given up for what they leave over, if any.
         remainder: how much of what the final fit leaves over the motion predicts.
         untold: the shape of that where nothing that was found accounts for it.
-        harmful: free shapes with which held-out recordings are less likely than with nothing.
     """
 
     setting: Setting
@@ -103,21 +97,14 @@ class Found:
     rounds: tuple[Round, ...]
     final: Fit
     contests: dict[str, dict[str, float]] = field(default_factory=dict)
-    nameless: Fit | None = None
     refuted: Fit | None = None
     remainder: Remainder | None = None
     untold: Term | None = None
-    harmful: tuple[str, ...] = ()
 
     @property
     def given_up(self) -> tuple[str, ...]:
         """The names that were refuted."""
         return () if self.refuted is None else tuple(term.id for term in self.refuted.terms)
-
-    @property
-    def ruled_out(self) -> tuple[str, ...]:
-        """Candidates that are none, whatever the fitted recordings say for them."""
-        return (*self.given_up, *self.harmful)
 
 
 def clearly(gain: float) -> float:
@@ -137,29 +124,6 @@ def nameless(found: Round) -> bool:
     shape = found.shapes[0].criterion
     name = found.named[0].criterion if found.named else 0.0
     return shape > NEEDED and shape > name + clearly(name)
-
-
-def in_its_place(first: Round, second: Round) -> Attempt | None:
-    """The free shape of the first round that takes a name's place which the second one refutes.
-
-    It does so if a free shape, or another name, at the very place where the name acts explains
-    more of what the name leaves over than all else: then the name's formula is not the rig's.
-    """
-    if not first.named or second.best is None:
-        return None
-    name = first.named[0]
-    # What happened once may happen again, and at the same place.
-    if isinstance(name.term.source, Once):
-        return None
-    left = second.shapes[0] if nameless(second) else (*second.named, second.best)[0]
-    place = place_of(name.term)
-    needed = max(NEEDED_BESIDE, _LEFT_AT_ITS_PLACE * name.criterion)
-    if place_of(left.term) != place or left.criterion < needed:
-        return None
-    if name.fit.terms[:-1] or not isinstance(name.term.source, Named):
-        return None
-    same = [a for a in first.shapes if place_of(a.term) == place and a.criterion > NEEDED]
-    return same[0] if same else None
 
 
 def place_of(term: Term) -> tuple[str, str]:

@@ -34,14 +34,11 @@ from drill_env.diagnosis.joint import descend_jointly, polished
 from drill_env.diagnosis.moves import own_values, unstrained, with_new_motions
 from drill_env.diagnosis.rounds import (
     BELIEVED,
-    NEEDED,
     NEEDED_BESIDE,
     Attempt,
     Found,
     Round,
     at_its_limit,
-    clearly,
-    in_its_place,
     is_named,
     nameless,
     rigs_own,
@@ -230,21 +227,14 @@ def find(
         report: told what is being done.
     """
     setting, base = _base(samples, rig, free, doubt, report)
-    here, shaped, refuted, rounds = _sought(setting, base, effects, most, report)
-    named = base.bic - here.bic
-    if shaped is not None and refuted is None:
-        better = base.bic - shaped.bic > named + clearly(named)
-        shaped = polished(setting, shaped) if better else None
-    contests: dict[str, dict[str, float]] = {}
-    # Names that explain less than half of what a shape does need no order among themselves.
-    if shaped is None or 2.0 * named > base.bic - shaped.bic:
-        report("asking again what was found first")
-        terms = len(here.terms)
-        here, contests = contest(setting, here, rounds)
-        if terms > len(here.terms) == 1:
-            rounds = [restated(rounds[0], here)]
+    here, rounds = _sought(setting, base, effects, most, report)
+    report("asking again what was found first")
+    terms = len(here.terms)
+    here, contests = contest(setting, here, rounds)
+    if terms > len(here.terms) == 1:
+        rounds = [restated(rounds[0], here)]
     here = within_filter(setting, here, report)
-    return Found(setting, base, tuple(rounds), here, contests, shaped, refuted)
+    return Found(setting, base, tuple(rounds), here, contests)
 
 
 def _refined(setting: Setting, found: Round, report: Report) -> tuple[Round, Fit]:
@@ -267,33 +257,24 @@ def _refined(setting: Setting, found: Round, report: Report) -> tuple[Round, Fit
 
 def _sought(
     setting: Setting, base: Fit, effects: Sequence[Effect], most: int, report: Report
-) -> tuple[Fit, Fit | None, Fit | None, list[Round]]:
+) -> tuple[Fit, list[Round]]:
     """Look for one effect after another.
 
     Returns:
-        The fit with all names; with a free shape in their place, if one explains more; with a name
-        that is given up for one, if any; and the rounds of the search.
+        The fit with all names, and the rounds of the search.
     """
-    here, shaped, rounds = base, None, []
+    here, rounds = base, []
     # A step of an encoder that was overlooked is no other effect and takes no effect's place.
     while len({term.id for term in here.terms}) < most and len(rounds) <= most:
         found = search(setting, here, effects, report)
         rounds.append(found)
-        best, needed = found.best, NEEDED_BESIDE if here.terms else BELIEVED
-        if best is None or best.criterion < needed:
-            break
-        instead = in_its_place(rounds[-2], found) if here.terms else None
-        if instead is not None:
-            report(f"refining {instead.term.id} in place of {here.terms[-1].id}")
-            return here, polished(setting, instead.fit), here, rounds
+        needed = NEEDED_BESIDE if here.terms else BELIEVED
         chosen = found.named[0] if found.named else None
-        hopeless = chosen is None or chosen.criterion < needed
-        if hopeless or nameless(found):
-            # A free shape stands in only where no name, nor two names together, come near. One
-            # that came without the name that was chosen gives way to no small gain.
-            nearer = shaped is None or best.fit.bic < shaped.bic - NEEDED
-            shaped = best.fit if nearer else shaped
-        if chosen is None or hopeless:
+        if chosen is None or chosen.criterion < needed:
             break
+        first = not here.terms
         rounds[-1], here = _refined(setting, found, report)
-    return here, shaped, None, rounds
+        if first and nameless(found):
+            # Beside what a free shape explains far better no second name is worth a search.
+            break
+    return here, rounds

@@ -30,6 +30,9 @@ class Criteria:
             off, the rig file is wrong, and a rig that predicts by absurd numbers explains nothing.
         shift: standard deviation of the drive's delay behind the readings, in sampling intervals:
             recordings do not say when within an interval a row was taken.
+        evidence: nats of all recordings together from which a whole rig lacks something: the 4 of
+            `gain`, 8 for the three thousand candidates, points of grids and moments that are tried,
+            and 3 for one false alarm in twenty.
         neighbour: share of the first effect's gain that a further one must bring to be more than a
             remainder of it.
     """
@@ -44,4 +47,5 @@ class Criteria:
     common: float = 10.0
     reach: float = 3.0
     shift: float = 1.0
+    evidence: float = 15.0
     neighbour: float = 0.1

@@ -11,7 +11,6 @@ from drill_env._types import FloatArray
 from drill_env.diagnosis.by_prediction import PredictionDiagnosis
 from drill_env.diagnosis.diagnose import Diagnosis
 from drill_env.diagnosis.locate import label_of
-from drill_env.diagnosis.rounds import BELIEVED, NEEDED_BESIDE
 from drill_env.diagnosis.sentences import CONFUSED
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.strikes import Strike
@@ -23,7 +22,6 @@ from drill_env.report._diagnosis_rows import (
     located_rows,
     names_of,
     noise_rows,
-    number_text,
     parameter_rows,
     prediction_rows,
     ranking_rows,
@@ -67,7 +65,6 @@ def diagnosis_page(found: Diagnosis | PredictionDiagnosis) -> str:
         effects=[effect_rows(e.parameters) for e in result.effects],
         rounds=[ranking_rows(r, final.terms, found.found.given_up) for r in found.found.rounds],
         predictions=prediction_rows(result), grades=grade_rows(result),
-        needed=number_text(BELIEVED), beside=number_text(NEEDED_BESIDE),
         errors=error_rows(result), likelihoods=likelihood_rows(result), held=_held_out(found),
         added=bool(seen),
         open=[a.id for a in result.alternatives if a.probability >= CONFUSED],

@@ -1,0 +1,235 @@
+"""The decision on a whole rig: evidence of all recordings for what the search tried.
+
+The evidence of a model is the probability of all recordings under it. By the rule of the chain it
+is that of the fitted ones, which the information criterion approximates (Schwarz, Annals of
+Statistics 6, 1978), times that of the held-out ones, each reading predicted from those before it by
+the filter with the numbers that were fitted (Dawid, Journal of the Royal Statistical Society A 147,
+1984).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from drill_env._types import FloatArray
+from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.held_out import followed
+from drill_env.diagnosis.joint import polished
+from drill_env.diagnosis.rounds import Attempt, Found, Round, is_named, place_of
+from drill_env.diagnosis.slips import Slips
+from drill_env.diagnosis.strikes import Once
+from drill_env.diagnosis.terms import Named, Term
+from drill_env.identification.samples import Samples
+from drill_env.prediction.compare import Row, standard_error
+from drill_env.prediction.criteria import Criteria
+from drill_env.prediction.rule import Choice, Entrant, chosen
+
+# Blocks within which innovations are taken as one, s: about a period of the string.
+_BLOCK = 5.0
+# Times the evidence that fitted recordings must show for what those held out contradict to be more
+# than a trace.
+_ASKED = 2.0
+# Attempts that are judged.
+_NAMES, _SHAPES = 5, 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Weighed:
+    """The attempts of the first round by their evidence.
+
+    Attributes:
+        choice: what the rule takes.
+        entrants: what was judged.
+        attempts: the fits of these, by their ids.
+    """
+
+    choice: Choice
+    entrants: tuple[Entrant, ...]
+    attempts: dict[str, Attempt]
+
+    @property
+    def taken(self) -> Attempt | None:
+        """The fit that the rule takes."""
+        return None if self.choice.chosen is None else self.attempts[self.choice.chosen.id]
+
+    @property
+    def whole(self) -> float:
+        """Evidence of what the rule takes, nats."""
+        return 0.0 if self.choice.chosen is None else self.choice.chosen.row.gain
+
+    def restated(self, found: Round) -> Round:
+        """A round with the evidence in the criterion's units, twice as large, for the judged.
+
+        What is not listed has none.
+        """
+        listed = self.choice.weights
+        told = {
+            e.id: 2.0 * (e.row.gain if e.id in listed else min(e.row.gain, 0.0))
+            for e in self.entrants
+        }
+
+        def again(attempts: Sequence[Attempt]) -> tuple[Attempt, ...]:
+            moved = [replace(a, criterion=told.get(a.term.id, a.criterion)) for a in attempts]
+            return tuple(sorted(moved, key=lambda a: -a.criterion))
+
+        return replace(found, named=again(found.named), shapes=again(found.shapes))
+
+
+def decided(
+    found: Found, held: Sequence[Samples], criteria: Criteria
+) -> tuple[Found, Weighed | None]:
+    """What was found, after all recordings were asked, and the table of the first round.
+
+    Args:
+        found: the search.
+        held: recordings that were not fitted; without them the fitted ones decide.
+        criteria: of the decision.
+    """
+    if not found.rounds or not (found.rounds[0].named or found.rounds[0].shapes):
+        return found, None
+    judge = _Judge(found.setting, held, criteria)
+    if any(_once(a.term) for a in found.rounds[0].named[:1]):
+        # Which counts will be lost in other recordings, lost counts do not tell.
+        judge = replace(judge, held=())
+    table = judge.weighed(found)
+    taken = table.taken
+    if taken is None:
+        told = 0.5 * (found.base.bic - found.final.bic)
+        refuted = found.final if told > _ASKED * criteria.evidence else None
+        return replace(found, final=found.base, contests={}, refuted=refuted), table
+    found = replace(found, rounds=(table.restated(found.rounds[0]), *found.rounds[1:]))
+    if not is_named(taken.term):
+        return replace(found, final=polished(found.setting, taken.fit), contests={}), table
+    fit = judge.climbed(found, taken, table)
+    return replace(found, final=fit, contests=found.contests if fit is found.final else {}), table
+
+
+def listing(criteria: Criteria) -> Criteria:
+    """The criteria with the evidence that a whole rig asks for in place of that of one window."""
+    return replace(criteria, gain=criteria.evidence)
+
+
+def _once(term: Term) -> bool:
+    return isinstance(term.source, (Slips, Once))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Judge:
+    """Evidence of fits, of held-out recordings by block."""
+
+    setting: Setting
+    held: Sequence[Samples]
+    criteria: Criteria
+
+    def weighed(self, found: Found) -> Weighed:
+        """The first round's attempts."""
+        first = found.rounds[0]
+        before = self.blocks(first.before)
+        entrants, attempts = [], {}
+        for attempt in (*first.named[:_NAMES], *first.shapes[:_SHAPES]):
+            if attempt.term.id in attempts:
+                continue
+            row, stands = self.row(attempt, before)
+            component, depends_on = place_of(attempt.term)
+            source = attempt.term.source
+            common = isinstance(source, Named) and source.effect.common
+            entrants.append(
+                Entrant(
+                    attempt.term.id, component, depends_on, is_named(attempt.term), common,
+                    stands, row,
+                )
+            )  # fmt: skip
+            attempts[attempt.term.id] = attempt
+        return Weighed(chosen(entrants, listing(self.criteria)), tuple(entrants), attempts)
+
+    def row(self, attempt: Attempt, before: FloatArray) -> tuple[Row, bool]:
+        """One attempt, and whether held-out recordings bear it."""
+        told = 0.5 * attempt.criterion
+        # What happened in one recording tells nothing of others.
+        gains = np.zeros(0) if _once(attempt.term) else self.blocks(attempt.fit) - before
+        unseen = float(gains.sum())
+        error = standard_error(gains, self.marks()) if len(gains) else 0.0
+        gain = told + unseen
+        count = max(len(before), 1)
+        each = (gains if len(gains) else np.zeros(count)) + told / count
+        # One block alone has no scatter.
+        scatter = 0.0 < error < math.inf
+        z = gain / error if scatter else math.copysign(math.inf, gain)
+        error = error if scatter else 0.0
+        row = Row(attempt.term.id, gain, error, z, (told, unseen), len(attempt.term.q), each)
+        return row, unseen > -self.criteria.gain
+
+    def climbed(self, found: Found, taken: Attempt, table: Weighed) -> Fit:
+        """The name that was taken with what stands beside it."""
+        steps = [r.before for r in found.rounds[1:]] + [found.final]
+        same = [s for s in steps if [t.id for t in s.terms] == [taken.term.id]]
+        here = same[0] if same else polished(self.setting, taken.fit)
+        for step in steps:
+            if len(step.terms) > len(here.terms) and self.earned(here, step, table.whole):
+                here = step
+        return here
+
+    def earned(self, here: Fit, step: Fit, whole: float) -> bool:
+        """Whether more terms are asked for by all recordings, and clearly by those held out.
+
+        Args:
+            here: a fit.
+            step: one with more terms.
+            whole: evidence for the first of them, nats.
+        """
+        told, last = 0.5 * (here.bic - step.bic), step.terms[-1]
+        least = self.criteria.evidence
+        if last.id not in [t.id for t in here.terms]:
+            least = max(least, self._share(here, last) * whole)
+        if not self.held or _once(last):
+            return told > least
+        gains = self.blocks(step) - self.blocks(here)
+        error = standard_error(gains, self.marks())
+        clear = float(gains.sum()) >= self.criteria.z * error
+        return clear and told + float(gains.sum()) > least
+
+    def _share(self, here: Fit, last: Term) -> float:
+        """Of the first term's evidence, that a further one must bring to be no remainder of it.
+
+        At one place, what a name leaves is up to that share its own law's, see `Criteria.share`.
+        Of what happened once, held-out recordings tell nothing.
+        """
+        places = [place_of(t)[0] for t in here.terms]
+        if place_of(last)[0] in places:
+            return 1.0 - self.criteria.share
+        return self.criteria.neighbour if _once(last) else 0.0
+
+    def blocks(self, fit: Fit) -> FloatArray:
+        """Log density of the readings in each block of held-out recordings, nats."""
+        parts = [self._of(samples, fit) for samples in self.held]
+        return np.concatenate(parts) if parts else np.zeros(0)
+
+    def marks(self) -> list[int]:
+        """Which recording each block is of."""
+        return [i for i, s in enumerate(self.held) for _ in range(_places(s).max() + 1)]
+
+    def _of(self, samples: Samples, fit: Fit) -> FloatArray:
+        trace, degrees = followed(samples, self.setting, fit)[2].trace, self.criteria.degrees
+        tail = (degrees + 1.0) * np.log1p(trace.standardised**2 / degrees)
+        with np.errstate(divide="ignore"):
+            density = np.where(trace.variance > 0.0, -0.5 * (tail + np.log(trace.variance)), np.nan)
+        places = _places(samples)
+        out = np.zeros(places.max() + 1)
+        for read, found in zip(samples.angles.T, density.T, strict=True):
+            asked = np.bincount(places[np.isfinite(read)], minlength=len(out))
+            known = np.isfinite(found)
+            count = np.bincount(places[known], minlength=len(out))
+            total = np.bincount(places[known], found[known], minlength=len(out))
+            # Readings that a candidate takes out are as likely as the others of their block.
+            out += np.where(count > 0, total * asked / np.maximum(count, 1), 0.0)
+        return out
+
+
+def _places(samples: Samples) -> np.ndarray:
+    """The block that each row is in, the rest of a recording in its last whole one."""
+    whole = max(int(samples.t[-1] / _BLOCK), 1)
+    return np.minimum((samples.t / _BLOCK).astype(np.int64), whole - 1)
