@@ -111,6 +111,11 @@ def test_a_gain_that_lies_in_one_block_is_none():
 def test_without_held_out_recordings_the_fitted_ones_decide():
     fits = [fit_of(40.0, 0.0, named("unbalance")), fit_of(60.0, 0.0, named("quadratic_drag"))]
     assert decision(fits, held=())[0] == ["quadratic_drag"]
+    # That most machines have an unbalance does not make up for 20 nats.
+    fits = [fit_of(60.0, 0.0, named("unbalance")), fit_of(30.0, 0.0, named("quadratic_drag"))]
+    assert decision(fits, held=())[0] == ["unbalance"]
+    fits = [fit_of(60.0, 0.0, named("unbalance")), fit_of(300.0, 0.0, shape("lower"))]
+    assert decision(fits, held=())[0] == ["lower_shape"]
 
 
 @pytest.mark.parametrize(("share", "stands"), [(0.85, True), (0.6, False)])

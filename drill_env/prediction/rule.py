@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -102,8 +103,7 @@ def chosen(entrants: Sequence[Entrant], criteria: Criteria) -> Choice:
     taken, share = name or shape, 1.0
     if name is not None and shape is not None:
         share = min(name.row.gain / shape.row.gain, 1.0)
-        beyond = row_of_gains("", 0, shape.row.windows - name.row.windows)
-        if share < criteria.share and listed(beyond, criteria):
+        if share < criteria.share and _ahead(shape.row, name.row, criteria):
             taken = shape
     assert taken is not None
     weights = {e.id: e.row.weight for e in there}
@@ -116,16 +116,25 @@ def _stands_for(name: Entrant, shapes: Sequence[Entrant], criteria: Criteria) ->
     return bool(there) and name.row.gain >= criteria.share * max(there)
 
 
+def _ahead(one: Row, other: Row, criteria: Criteria) -> bool:
+    """Whether one predicts clearly better than another; one window has no scatter."""
+    beyond = row_of_gains("", 0, one.windows - other.windows)
+    scatter = 0.0 < beyond.error < math.inf
+    return beyond.gain >= criteria.gain and (not scatter or beyond.z >= criteria.z)
+
+
+def _beside(best: Row, row: Row) -> bool:
+    """Whether the scatter of windows does not rule out that one predicts as well as the best."""
+    behind = row_of_gains("", 0, best.windows - row.windows)
+    return 0.0 < behind.error < math.inf and behind.z < _CONFIDENT
+
+
 def _most_plausible(names: Sequence[Entrant]) -> Entrant | None:
     """Of the names that none predicts clearly better than."""
     if not names:
         return None
     best = max(names, key=lambda e: e.row.gain)
-    near = [
-        e
-        for e in names
-        if e is best or row_of_gains("", 0, best.row.windows - e.row.windows).z < _CONFIDENT
-    ]
+    near = [e for e in names if e is best or _beside(best.row, e.row)]
     usual = [e for e in near if e.common]
     return max(usual or near, key=lambda e: e.row.weight)
 
