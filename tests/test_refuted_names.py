@@ -43,9 +43,9 @@ def test_what_held_out_recordings_contradict_is_no_name():
     assert after >= before
     jsonschema.Draft202012Validator(schema()).validate(plain(result.as_dict()))
     page = diagnosis_page(found)
-    assert "Given up:" in page and "makes the" in page
+    assert "Rejected:" in page and "makes the" in page
     assert any("less likely" in line for line in result.sentences)
-    assert any("unbalance was given up" in line for line in result.sentences)
+    assert any("unbalance was rejected" in line for line in result.sentences)
     assert not any("confused with unbalance" in line for line in result.sentences)
 
 

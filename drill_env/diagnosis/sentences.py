@@ -130,8 +130,7 @@ def _left_over(result: DiagnosisResult) -> list[str]:
 
 def _confusion(result: DiagnosisResult, given_up: Sequence[str]) -> list[str]:
     lines = [
-        f"{a.id} was given up as its name: held-out recordings, or what it leaves over at its "
-        "own place, speak against it."
+        f"{a.id} was rejected as its name: held-out recordings contradict it."
         for a in result.alternatives
         if a.id in given_up
     ]

@@ -93,7 +93,7 @@ def ranking_rows(
             "chance": chances[attempt.term.id],
         }
         if row["id"] in given_up:
-            row["what"] += " Given up: other recordings, or what it leaves over, speak against it."
+            row["what"] += " Rejected: held-out recordings contradict it."
         rows.append({**row, "gain": f"{attempt.criterion:.0f}"})
     rows.sort(key=lambda row: -row["chance"])
     given = [row for row in rows if row["id"] in given_up]
