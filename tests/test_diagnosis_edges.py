@@ -19,7 +19,6 @@ from drill_env import InputError, Rig
 from drill_env.cli._common import plain
 from drill_env.cli.main import app
 from drill_env.diagnosis.attempts import restated
-from drill_env.diagnosis.belief import rivals
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.diagnose import diagnose
 from drill_env.diagnosis.held_out import judge, noise_floor
@@ -27,6 +26,7 @@ from drill_env.diagnosis.locate import label_of, locate
 from drill_env.diagnosis.next_experiment import _confused
 from drill_env.diagnosis.offered import free_parameters
 from drill_env.diagnosis.options import OUTSIDE, DiagnosisOptions
+from drill_env.diagnosis.probability import rivals
 from drill_env.diagnosis.result import digits_of
 from drill_env.diagnosis.rounds import Attempt, Found, Round
 from drill_env.diagnosis.schema import schema
@@ -120,9 +120,10 @@ def test_what_was_found_is_no_rival_and_what_was_given_up_asks_for_no_recording(
     first = Round(
         SimpleNamespace(terms=()), (),  # type: ignore[arg-type]
         attempts(("unbalance", 900.0), ("brake_runout", 897.0), ("whirl_drag", 895.0)), (),
+        {"unbalance": 0.6, "brake_runout": 0.3, "whirl_drag": 0.1},
     )  # fmt: skip
     found = found_of(first, "unbalance", "brake_runout")
-    told = rivals(found, [first], {"unbalance", "brake_runout"})
+    told = rivals(found, "unbalance", {"unbalance", "brake_runout"})
     assert [name for name, *_ in told] == ["whirl_drag"]
     pair = _confused(found_of(first, "unbalance", "brake_runout"))
     assert pair is not None and [a.term.id for a in pair] == ["unbalance", "whirl_drag"]
@@ -130,6 +131,8 @@ def test_what_was_found_is_no_rival_and_what_was_given_up_asks_for_no_recording(
     assert pair is not None and [a.term.id for a in pair] == ["brake_runout", "whirl_drag"]
     alone = replace(first, named=first.named[:1])
     assert _confused(found_of(alone, "unbalance")) is None
+    sure = replace(first, weights={"unbalance": 1.0})
+    assert _confused(found_of(sure, "unbalance")) is None
 
 
 def test_what_replaced_the_first_name_is_ranked_by_what_it_gains_alone():

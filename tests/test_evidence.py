@@ -160,3 +160,24 @@ def test_the_criterion_of_what_was_judged_is_its_evidence():
     again = {a.term.id: a.criterion for a in found.rounds[0].named}
     assert again == pytest.approx({"quadratic_drag": 140.0, "unbalance": 94.0})
     assert [t.id for t in found.final.terms] == ["quadratic_drag"]
+
+
+def test_a_second_name_has_the_probability_of_its_own_round():
+    """Against the other names of that round, and no shape where the first name acts."""
+    one = fit_of(1000.0, 500.0, named("dwell_stiction"))
+    right = fit_of(1300.0, 600.0, *one.terms, named("gain_asymmetry"))
+    near = fit_of(1299.0, 600.0, *one.terms, named("actuator_lag"))
+    law = fit_of(2000.0, 900.0, *one.terms, shape("lower"))
+
+    def attempts(fits, before):
+        return tuple(Attempt(f, f.terms[-1], b := before.bic - f.bic, b) for f in fits)
+
+    first = Round(BASE, (), attempts([one], BASE), ())
+    second = Round(one, (), attempts([right, near], one), attempts([law], one))
+    found, _ = decided(Found(None, BASE, (first, second), right), (1,), Criteria())
+    assert [t.id for t in found.final.terms] == ["dwell_stiction", "gain_asymmetry"]
+    weights = found.rounds[1].weights
+    assert set(weights) == {"gain_asymmetry", "actuator_lag"}
+    # A nat is a factor e.
+    odds = weights["gain_asymmetry"] / weights["actuator_lag"]
+    assert odds == pytest.approx(np.e, rel=1e-6)

@@ -88,7 +88,7 @@ def heated(setting: Setting, fit: Fit, done: list[Attempt]) -> list[Attempt]:
         least = max(hope * done[0].gain, 5.0) if done else 0.0
         for i, a in enumerate(done[:most]):
             if a.gain > least and a.term.id not in resting:
-                enough = worth_a_round(_behind(a, done), left)
+                enough = worth_a_round(behind(a, done), left)
                 after = carried_on(setting, fit, a.fit, rounds, anew=anew, enough=enough)
                 done[i] = after
                 if after.criterion < NEEDED and after.gain < a.gain + _MOVES:
@@ -115,7 +115,7 @@ def worth_a_round(behind: float, left: int) -> float:
     return max(_ENOUGH, _HOPE * behind / left)
 
 
-def _behind(attempt: Attempt, done: Sequence[Attempt]) -> float:
+def behind(attempt: Attempt, done: Sequence[Attempt]) -> float:
     """By how much others of its sort gain more: names among names, shapes among all."""
     rivals = [a.gain for a in done if is_named(a.term) or not is_named(attempt.term)]
     return max(max(rivals, default=0.0) - attempt.gain, 0.0)

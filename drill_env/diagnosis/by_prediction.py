@@ -9,8 +9,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from drill_env._types import FloatArray
-from drill_env.diagnosis.belief import significant
 from drill_env.diagnosis.clock import cleaned
+from drill_env.diagnosis.intervals import significant
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.result import (
     Alternative,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from drill_env.diagnosis.attempts import worth_a_round
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.joint import descend_jointly, polished
@@ -17,9 +18,7 @@ _TRY_ROUNDS, _RIVAL_ROUNDS = 6, 10
 _RIVALS = 3
 
 
-def contest(
-    setting: Setting, fit: Fit, rounds: Sequence[Round]
-) -> tuple[Fit, dict[str, dict[str, float]]]:
+def contest(setting: Setting, fit: Fit, rounds: Sequence[Round]) -> Fit:
     """Ask again, beside what was found later, whether what was found first is the right one.
 
     Args:
@@ -28,25 +27,24 @@ def contest(
         rounds: in which they were found, the first one first.
 
     Returns:
-        The fit with what won, and of each term but the last what it and its rivals gain beside
-        the others. A term without which the others do as well, or that another one holds, is gone.
+        The fit with what won. A term without which the others do as well, or that another one
+        holds, is gone.
     """
-    told: dict[str, dict[str, float]] = {}
     for place in range(len(fit.terms) - 1):
         start = without(setting, fit, place)
         fewer = descend_jointly(setting, start, limit=_TRY_ROUNDS, enough=1.0, only=None)
         held = _part_of_another(fit.terms, place) and fewer.bic < rounds[place + 1].before.bic
         if fewer.bic - fit.bic < NEEDED or held:
-            return fewer, {}
+            return fewer
         present = {t.id for t in fit.terms}
         rivals = [a for a in rounds[place].named if a.term.id not in present][:_RIVALS]
         if isinstance(fit.terms[place].source, Slips):
             rivals = []
-        gains, best = {fit.terms[place].id: fewer.bic - fit.bic}, fit
+        best = fit
         for rival in rivals:
-            tried = added(setting, fewer, rival.term)
-            tried = descend_jointly(setting, tried, limit=_RIVAL_ROUNDS, enough=1.0)
-            gains[rival.term.id] = fewer.bic - tried.bic
+            start = added(setting, fewer, rival.term)
+            enough = worth_a_round(start.bic - best.bic, _RIVAL_ROUNDS)
+            tried = descend_jointly(setting, start, limit=_RIVAL_ROUNDS, enough=enough)
             if tried.bic < best.bic:
                 best = tried
         if best is not fit:
@@ -54,8 +52,7 @@ def contest(
             order = (*best.terms[:place], best.terms[-1], *best.terms[place:-1])
             best = evaluate(setting, best.vector, order, best.noise, best.starts, best.motions)
             fit = polished(setting, best)
-        told[fit.terms[place].id] = gains
-    return fit, told
+    return fit
 
 
 def _part_of_another(terms: Sequence[Term], place: int) -> bool:

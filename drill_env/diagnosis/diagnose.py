@@ -10,11 +10,6 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from drill_env._errors import InputError
-from drill_env.diagnosis.belief import (
-    changes,
-    rivals,
-    significant,
-)
 from drill_env.diagnosis.by_prediction import PredictionDiagnosis, diagnose_by_prediction
 from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.declare import extended_rig
@@ -29,14 +24,16 @@ from drill_env.diagnosis.held_out import (
     noise_floor,
     rms,
 )
+from drill_env.diagnosis.intervals import changes, significant
 from drill_env.diagnosis.law import LawFit, law_fit
 from drill_env.diagnosis.left_over import with_remainder
 from drill_env.diagnosis.locate import describe, locate
-from drill_env.diagnosis.named import named_effects, rounds_of
+from drill_env.diagnosis.named import named_effects
 from drill_env.diagnosis.next_experiment import next_experiment
 from drill_env.diagnosis.offered import free_parameters, is_parameter, offered_effects
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.predicted import with_predictions
+from drill_env.diagnosis.probability import rivals
 from drill_env.diagnosis.result import (
     Alternative,
     Change,
@@ -248,7 +245,7 @@ def _result(
     known = {*inside, *(e.id for e in effects)}
     alternatives = [
         Alternative(*rival)
-        for rival in rivals(found, rounds_of(found, leading), known)
+        for rival in rivals(found, leading, known)
         # What no candidate accounts for is not confused with those that were given up.
         if found.untold is None or effects or rival[0] in found.given_up
     ]

@@ -39,7 +39,7 @@ _NAMES, _SHAPES = 5, 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Weighed:
-    """The attempts of the first round by their evidence.
+    """The attempts of one round by their evidence.
 
     Attributes:
         choice: what the rule takes.
@@ -62,9 +62,9 @@ class Weighed:
         return 0.0 if self.choice.chosen is None else self.choice.chosen.row.gain
 
     def restated(self, found: Round) -> Round:
-        """A round with the evidence in the criterion's units, twice as large, for the judged.
+        """A round with its attempts' probabilities, and their evidence in the criterion's units.
 
-        What is not listed has none.
+        Those are twice as large. What is not listed has none.
         """
         listed = self.choice.weights
         told = {
@@ -76,7 +76,9 @@ class Weighed:
             moved = [replace(a, criterion=told.get(a.term.id, a.criterion)) for a in attempts]
             return tuple(sorted(moved, key=lambda a: -a.criterion))
 
-        return replace(found, named=again(found.named), shapes=again(found.shapes))
+        return replace(
+            found, named=again(found.named), shapes=again(found.shapes), weights=dict(listed)
+        )
 
 
 def decided(
@@ -95,17 +97,18 @@ def decided(
     if any(_once(a.term) for a in found.rounds[0].named[:1]):
         # Which counts will be lost in other recordings, lost counts do not tell.
         judge = replace(judge, held=())
-    table = judge.weighed(found)
+    table = judge.weighed(found.rounds[0])
     taken = table.taken
     if taken is None:
         told = 0.5 * (found.base.bic - found.final.bic)
         refuted = found.final if told > _ASKED * criteria.evidence else None
-        return replace(found, final=found.base, contests={}, refuted=refuted), table
+        return replace(found, final=found.base, refuted=refuted), table
     found = replace(found, rounds=(table.restated(found.rounds[0]), *found.rounds[1:]))
     if not is_named(taken.term):
-        return replace(found, final=polished(found.setting, taken.fit), contests={}), table
+        return replace(found, final=polished(found.setting, taken.fit)), table
     fit = judge.climbed(found, taken, table)
-    return replace(found, final=fit, contests=found.contests if fit is found.final else {}), table
+    later = [judge.asked_beside(r, fit) for r in found.rounds[1:]]
+    return replace(found, final=fit, rounds=(found.rounds[0], *later)), table
 
 
 def listing(criteria: Criteria) -> Criteria:
@@ -125,12 +128,16 @@ class _Judge:
     held: Sequence[Samples]
     criteria: Criteria
 
-    def weighed(self, found: Found) -> Weighed:
-        """The first round's attempts."""
-        first = found.rounds[0]
-        before = self.blocks(first.before)
+    def weighed(self, found: Round) -> Weighed:
+        """A round's attempts.
+
+        A shape where an earlier name acts is the difference of that name's law, and no rival.
+        """
+        before = self.blocks(found.before)
+        taken = [place_of(term)[0] for term in found.before.terms]
+        shapes = [a for a in found.shapes if place_of(a.term)[0] not in taken]
         entrants, attempts = [], {}
-        for attempt in (*first.named[:_NAMES], *first.shapes[:_SHAPES]):
+        for attempt in (*found.named[:_NAMES], *shapes[:_SHAPES]):
             if attempt.term.id in attempts:
                 continue
             row, stands = self.row(attempt, before)
@@ -145,6 +152,14 @@ class _Judge:
             )  # fmt: skip
             attempts[attempt.term.id] = attempt
         return Weighed(chosen(entrants, listing(self.criteria)), tuple(entrants), attempts)
+
+    def asked_beside(self, found: Round, fit: Fit) -> Round:
+        """A later round with the probabilities of its attempts, if a name of it stands in a fit."""
+        before = [term.id for term in found.before.terms]
+        later = [t.id for t in fit.terms if t.id not in before]
+        if not any(a.term.id in later for a in found.named):
+            return found
+        return self.weighed(found).restated(found)
 
     def row(self, attempt: Attempt, before: FloatArray) -> tuple[Row, bool]:
         """One attempt, and whether held-out recordings bear it."""

@@ -135,11 +135,9 @@ def _with_own_law(fit: Fit, plain: Found, rig: Rig) -> Found:
     if not here.bic < plain.final.bic:
         return plain
     found = replace(plain, final=here)
-    if not same:
-        found = replace(found, contests={})
-        if here.terms and found.rounds:
-            rounds = (restated(found.rounds[0], here), *found.rounds[1:])
-            found = replace(found, rounds=rounds)
+    if not same and here.terms and found.rounds:
+        rounds = (restated(found.rounds[0], here), *found.rounds[1:])
+        found = replace(found, rounds=rounds)
     return found
 
 

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.diagnosis.belief import belief_in, chance, changes, numbers_of, probabilities
 from drill_env.diagnosis.faults import Fault
+from drill_env.diagnosis.intervals import changes, numbers_of
 from drill_env.diagnosis.law import LawFit
 from drill_env.diagnosis.locate import label_of
 from drill_env.diagnosis.offered import is_parameter
+from drill_env.diagnosis.probability import of_gain, probability
 from drill_env.diagnosis.result import NamedEffect, Number
-from drill_env.diagnosis.rounds import Found, Round, is_named, place_of
+from drill_env.diagnosis.rounds import Found, is_named
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.strikes import Once
-from drill_env.diagnosis.terms import Named, Term
+from drill_env.diagnosis.terms import Named
 from drill_env.effects import LIBRARY
-
-# What is less probable beside something else stays in the rig, but not as a name.
-_NO_NAME = 0.05
 
 
 def named_effects(
@@ -45,11 +42,9 @@ def named_effects(
         if not isinstance(term.source, Named) or not is_named(term):
             continue
         effect = term.source.effect
-        if len(found.final.terms) > 1 and _stands_aside(found, term):
-            continue
         effects.append(
             NamedEffect(
-                effect.id, effect.component, belief_in(found, term.id),
+                effect.id, effect.component, probability(found, term.id),
                 numbers_of(found.final, term, scale),
                 effect.formula, _meaning(found, term.source), list(effect.aliases),
             )
@@ -58,7 +53,7 @@ def named_effects(
         numbers = {k: Number(*v) for k, v in fault.parameters.items()}
         effects.append(
             NamedEffect(
-                fault.id, "sensor", chance(fault.score**2), numbers, fault.text, fault.text, []
+                fault.id, "sensor", of_gain(fault.score**2), numbers, fault.text, fault.text, []
             )
         )
     # What the rig's own model has comes before physics beyond it.
@@ -73,24 +68,6 @@ def _meaning(found: Found, source: Named) -> str:
     return (
         f"{meaning.removesuffix('.')}, in {label_of(found.setting, marks.index(source.recording))}."
     )
-
-
-def _stands_aside(found: Found, term: Term) -> bool:
-    """Whether a term beside others is no name: improbable, or at the place of a free shape.
-
-    A parameter that the rig lacked is its own name: the shape is then what comes on top of it.
-    """
-    shapes = [place_of(t) for t in found.final.terms if not is_named(t)]
-    covered = place_of(term) in shapes and not is_parameter(term.id)
-    return covered or belief_in(found, term.id) < _NO_NAME
-
-
-def rounds_of(found: Found, chosen: str) -> Sequence[Round]:
-    """The rounds from the one on that named the leading effect, which may not be the first."""
-    if not is_parameter(chosen):
-        return found.rounds
-    chances = [probabilities(r).get(chosen, 0.0) for r in found.rounds]
-    return found.rounds[int(np.argmax(chances)) :]
 
 
 def _lost_counts(found: Found) -> list[NamedEffect]:
@@ -111,7 +88,7 @@ def _lost_counts(found: Found) -> list[NamedEffect]:
         effect = LIBRARY[name]
         effects.append(
             NamedEffect(
-                name, "sensor", belief_in(found, name),
+                name, "sensor", probability(found, name),
                 numbers, "steps of `size`, on average `rate` a second, on the reading",
                 f"The {name.rsplit('_', 1)[1]} encoder loses counts at single moments.",
                 list(effect.aliases),
@@ -147,7 +124,7 @@ def _law_effect(found: Found, gain: float, scale: float) -> NamedEffect:
         if (c := changed.get(name)) is not None
     }  # fmt: skip
     return NamedEffect(
-        "friction_shape", "lower", chance(gain), numbers,
+        "friction_shape", "lower", of_gain(gain), numbers,
         "T_l = Tsl + T1 (1 - 2/(1+e^(beta1 w))) + T2 (1 - 2/(1+e^(beta2 w))) + bl w",
         "The brake's friction rises, falls and rises again with speed: the humped law of the "
         "paper, equation (7).",

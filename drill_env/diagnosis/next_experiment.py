@@ -9,10 +9,10 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.diagnosis.belief import standings
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.extended import evaluate, motion_of
 from drill_env.diagnosis.fit import Fit, Setting, prior
+from drill_env.diagnosis.probability import probability_in
 from drill_env.diagnosis.result import NextExperiment
 from drill_env.diagnosis.rounds import Attempt, Found
 from drill_env.diagnosis.sentences import CONFUSED
@@ -75,13 +75,12 @@ def next_experiment(found: Found) -> NextExperiment | None:
 def _confused(found: Found) -> tuple[Attempt, Attempt] | None:
     """What was found first and its best rival that was neither found too nor given up."""
     first, present = found.rounds[0], {term.id for term in found.final.terms}
-    told = standings(found, first)
     ranked = sorted((*first.named, *first.shapes), key=lambda a: -a.criterion)
     left = [a for a in ranked if a.term.id not in found.given_up]
     leading = [a for a in left if a.term.id in present][:1] or left[:1]
     rivals = [a for a in left if a.term.id not in present and a not in leading]
-    rivals.sort(key=lambda a: -told[a.term.id][0])
-    if not rivals or told[rivals[0].term.id][0] < CONFUSED:
+    rivals.sort(key=lambda a: -probability_in(first, a.term.id))
+    if not rivals or probability_in(first, rivals[0].term.id) < CONFUSED:
         return None
     return leading[0], rivals[0]
 

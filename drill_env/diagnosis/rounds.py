@@ -62,12 +62,14 @@ class Round:
         scores: of all effects and shapes, before any was fitted.
         named: attempts with effects, best first.
         shapes: attempts with free shapes, best first.
+        weights: probability of each attempt that all recordings ask for, once they were asked.
     """
 
     before: Fit
     scores: tuple[Scored, ...]
     named: tuple[Attempt, ...]
     shapes: tuple[Attempt, ...]
+    weights: dict[str, float] = field(default_factory=dict)
 
     @property
     def best(self) -> Attempt | None:
@@ -85,8 +87,6 @@ class Found:
         base: the rig alone, fitted.
         rounds: one for each effect that was looked for.
         final: the fit with all that is believed in.
-        contests: of each term that was found before another one, what it and its rivals gain
-            beside the others.
         refuted: a fit with names that were given up for what they leave over, if any.
         remainder: how much of what the final fit leaves over the motion predicts.
         untold: the shape of that where nothing that was found accounts for it.
@@ -96,7 +96,6 @@ class Found:
     base: Fit
     rounds: tuple[Round, ...]
     final: Fit
-    contests: dict[str, dict[str, float]] = field(default_factory=dict)
     refuted: Fit | None = None
     remainder: Remainder | None = None
     untold: Term | None = None

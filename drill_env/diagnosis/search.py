@@ -109,7 +109,11 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     report("scoring the library")
     ground = ground_at(setting, fit)
     present = {term.id for term in fit.terms}
-    named = [s for s in score_effects(ground, effects) if s.term.id not in present]
+    others = [effect for effect in effects if effect.id not in present]
+    # Slopes tell little of these; where much is missing the likelihood itself is asked.
+    peaked = [effect for effect in others if has_peaks(effect)]
+    asked = peaked if unusual(fit.noise) else []
+    named = score_effects(ground, [effect for effect in others if effect not in asked])
     shapes = score_shapes(ground, free_shapes(fit.motions, fit.rig.inertias))
     price = np.log(fit.count)
     waves = score_waves(ground, _waves_of(fit, effects))
@@ -124,19 +128,16 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     hopeful = [s for s in likely if s.gain - s.own - s.numbers * price > least]
     hopeful += [Scored(term, gain) for term, gain in lost if gain - len(term.q) * price > 0.0]
     done: list[Attempt] = []
-    starts = _starts(setting, fit, hopeful)
-    peaked = [e for e in effects if e.id not in present and has_peaks(e)]
-    if unusual(fit.noise):
-        report("trying plays and resonances")
-        starts += [descended(ground, effect) for effect in peaked]
-    for start in starts:
+    for start in _starts(setting, fit, hopeful):
         report(f"trying {start.terms[-1].id}")
         done.append(carried_on(setting, fit, start, FIRST_ROUNDS))
+    for effect in asked:
+        report(f"trying {effect.id}")
+        done.append(descended(ground, effect, done))
     done = heated(setting, fit, done)
-    done += [
-        carried_on(setting, fit, descended(ground, effect), CONFUSED_ROUNDS, enough=1.0)
-        for effect in confused_with(done, peaked)
-    ]
+    for effect in confused_with(done, peaked):
+        report(f"trying {effect.id}, for which {done[0].term.id} is easily taken")
+        done.append(descended(ground, effect, done, CONFUSED_ROUNDS))
     done = with_resonances_retuned(setting, fit, done)
     if unusual(fit.noise):
         report("trying with the usual noise")
@@ -230,11 +231,11 @@ def find(
     here, rounds = _sought(setting, base, effects, most, report)
     report("asking again what was found first")
     terms = len(here.terms)
-    here, contests = contest(setting, here, rounds)
+    here = contest(setting, here, rounds)
     if terms > len(here.terms) == 1:
         rounds = [restated(rounds[0], here)]
     here = within_filter(setting, here, report)
-    return Found(setting, base, tuple(rounds), here, contests)
+    return Found(setting, base, tuple(rounds), here)
 
 
 def _refined(setting: Setting, found: Round, report: Report) -> tuple[Round, Fit]:

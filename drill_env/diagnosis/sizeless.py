@@ -13,15 +13,17 @@ import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.at_rest import alone
+from drill_env.diagnosis.attempts import attempted, behind, worth_a_round
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.grids import grid_of
 from drill_env.diagnosis.ground import Ground
 from drill_env.diagnosis.joint import descend_jointly
 from drill_env.diagnosis.moves import added, gain_of, own_values
+from drill_env.diagnosis.rounds import Attempt
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import Effect
 
-# Peaks at which descents begin, and their rounds.
+# Peaks at which descents begin, and rounds of the one that goes on.
 _PEAKS, _ROUNDS = 3, 3
 # Points closer than this factor in every number are on one peak.
 _CLOSE = 1.3
@@ -32,12 +34,19 @@ def has_peaks(effect: Effect) -> bool:
     return len(effect.parameters) > 1 and all(p.role != "amplitude" for p in effect.parameters)
 
 
-def descended(ground: Ground, effect: Effect) -> Fit:
-    """The best fit with such an effect after a few rounds from each of the highest peaks.
+def descended(
+    ground: Ground, effect: Effect, done: Sequence[Attempt], rounds: int = _ROUNDS
+) -> Attempt:
+    """The best attempt with such an effect from the highest peaks.
+
+    The rig follows for one round at each peak; where that leads highest the descent goes on, for as
+    long as it may still become the best attempt.
 
     Args:
         ground: where it joins.
         effect: it.
+        done: attempts with others.
+        rounds: most rounds of the descent.
     """
     setting, fit, source = ground.setting, ground.fit, Named(effect)
     points = [source.bounded(q) for q in grid_of(effect, ground)]
@@ -45,8 +54,11 @@ def descended(ground: Ground, effect: Effect) -> Fit:
     worst = max(range(len(ground.known)), key=lambda i: float(np.mean(ground.known[i].white ** 2)))
     gains = _gains(*alone(setting, fit, worst), source, points)
     starts = [added(setting, fit, Term(source, q)) for q in _peaks(points, gains)]
-    done = [descend_jointly(setting, s, limit=_ROUNDS, enough=1.0, only=None) for s in starts]
-    return min(done, key=lambda there: there.value)
+    starts = [descend_jointly(setting, s, limit=1, enough=1.0, only=None) for s in starts]
+    best = attempted(fit, min(starts, key=lambda there: there.value))
+    enough = worth_a_round(behind(best, done), rounds)
+    there = descend_jointly(setting, best.fit, limit=rounds, enough=enough, only=None)
+    return attempted(fit, there)
 
 
 def _gains(setting: Setting, fit: Fit, source: Named, points: Sequence[FloatArray]) -> list[float]:

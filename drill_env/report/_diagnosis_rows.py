@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
-from drill_env.diagnosis.belief import probabilities, significant
+from drill_env.diagnosis.intervals import significant
+from drill_env.diagnosis.probability import UNLISTED, probability_in
 from drill_env.diagnosis.result import DiagnosisResult, Number, digits_of
 from drill_env.diagnosis.rounds import Round
 from drill_env.diagnosis.terms import Shape, Term
@@ -83,14 +84,14 @@ def ranking_rows(
     found: Round, kept: tuple[Term, ...], given_up: tuple[str, ...] = ()
 ) -> list[dict[str, Any]]:
     """Candidates of one search, most probable first, those that were given up last."""
-    chances = probabilities(found, given_up)
     names = {term.id for term in kept}
-    rows = [{"id": _NOTHING, "what": "the model as it is", "chance": chances["none"], "gain": ""}]
+    nothing = 0.0 if found.weights else 1.0 - UNLISTED
+    rows = [{"id": _NOTHING, "what": "the model as it is", "chance": nothing, "gain": ""}]
     for attempt in (*found.named, *found.shapes):
         row = {
             "id": attempt.term.id,
             "what": _meaning(attempt.term),
-            "chance": chances[attempt.term.id],
+            "chance": probability_in(found, attempt.term.id),
         }
         if row["id"] in given_up:
             row["what"] += " Rejected: held-out recordings contradict it."

@@ -1,0 +1,68 @@
+"""Intervals of what was found: the numbers of effects, and of the rig."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.result import Change, Number
+from drill_env.diagnosis.terms import Shape, Term
+from drill_env.identification.coordinates import inverse
+from drill_env.parameters import Rig
+
+_Z = 1.959964
+
+
+def numbers_of(fit: Fit, term: Term, scale: float = 0.0) -> dict[str, Number]:
+    """The numbers of a named term with their 95 % intervals.
+
+    Args:
+        fit: with the term.
+        term: of it.
+        scale: relative standard deviation of the scale of torque, which angles do not tell.
+    """
+    if isinstance(term.source, Shape):
+        return {}
+    covariance = inverse(fit.information)
+    place = len(fit.vector)
+    for other in fit.terms:
+        if other is term:
+            break
+        place += len(other.q)
+    deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))[place : place + len(term.q)]
+    out = {}
+    for p, value, s in zip(term.source.effect.parameters, term.q, deviation, strict=True):
+        s = math.hypot(s, scale * value) if "Nm" in p.unit else s
+        s = math.hypot(s, p.form * value) if p.role != "phase" else s
+        out[p.name] = Number(float(value), float(value - _Z * s), float(value + _Z * s), p.unit)
+    return out
+
+
+def changes(
+    setting: Setting, fit: Fit, start: Rig, draws: int = 400, seed: int = 0
+) -> dict[str, Change]:
+    """Parameters of the rig before and after, with their 95 % intervals."""
+    free = len(fit.vector)
+    covariance = inverse(fit.information)[:free, :free]
+    values, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T))
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    rng = np.random.default_rng(seed)
+    moved = fit.vector + rng.standard_normal((draws, free)) @ root.T
+    cloud = setting.coordinates.many_values(moved)
+    low, high = np.quantile(cloud, [0.025, 0.975], axis=0)
+    return {
+        name: Change(getattr(start, name), getattr(fit.rig, name), float(a), float(b))
+        for name, a, b in zip(setting.coordinates.free, low, high, strict=True)
+    }
+
+
+def significant(changed: dict[str, Change], share: float = 0.02) -> list[str]:
+    """Parameters whose interval leaves out the value before, by more than a share of it."""
+    out = []
+    for name, change in changed.items():
+        outside = not change.low <= change.before <= change.high
+        if outside and abs(change.after - change.before) > share * max(abs(change.before), 1e-9):
+            out.append(name)
+    return out
