@@ -151,3 +151,23 @@ def test_presliding_yields_below_the_brakes_torque_and_springs_back():
     rest = -0.02 * math.log(1.0 - 0.5)
     assert rest < sprung[:, 3].max() < 4.0 * rest
     assert (sprung[:, 2] < -1e-3).any()
+
+
+@pytest.mark.parametrize("family", ["random steps", "sines"])
+def test_next_to_a_jump_of_a_torque_the_covariance_stays_one(family: str):
+    """Of a wrong rig that hardly moves, a derivative there was 1e5 Nms, and the filter broke down.
+
+    A friction amplifies no speed a thousand times within an interval.
+    """
+    rig = Rig(
+        km=3.619, Tsu=0.323, dTsu=0.0101, bu=2.0836, dbu=-0.0166, Jl=0.0372, ktheta=0.0839,
+        Tsl=0.0746, bl=0.00112, friction="coulomb",
+    )  # fmt: skip
+    samples = played("presliding", family)
+    term = Term(Named(LIBRARY["presliding"]), np.array([0.0014]))
+    noise = replace(NOISE, torque_u=0.021, torque_l=0.032, tau_l=1.5)
+    given = with_terms(samples, (term,), rig, None)  # type: ignore[arg-type]
+    rows = path_of(given, rig, noise, samples.starts).rows
+    least = [np.linalg.eigvalsh(P)[0] / np.trace(P) for P in rows["P"]]
+    assert min(least) > -1e-14
+    assert rows["F"][:, 2, 2].max() < 10.0

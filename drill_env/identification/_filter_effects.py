@@ -15,7 +15,7 @@ from drill_env.effects._along import over_interval
 from drill_env.identification._filter_state import D_L, D_U
 from drill_env.integrator._records import N_STATE
 
-# rad/s; small against any motion, far above rounding.
+# Least step of a speed, rad/s; small against any motion, far above rounding.
 _STEP = 1e-6
 # Where a disc comes to rest or leaves it, torques are held for so many seconds at most.
 _HOLD = 1e-3
@@ -147,7 +147,11 @@ def act(f, p, run, effects, t, dt, u):
 
 @kernel
 def look_ahead(f, p, run, effects, t, dt, u):
-    """What the effects do over the coming interval of `dt` s, or its first part, and the slopes."""
+    """What the effects do over the coming interval of `dt` s, or its first part, and the slopes.
+
+    A slope is the divided difference over the speed's own doubt (Norgaard, Poulsen and Ravn,
+    Automatica 36, 2000): next to a jump of the torque the derivative says nothing of its course.
+    """
     answer(f, p, run, effects, t, dt, u)
     recall(effects.trial, effects.after)
     f.parts = parts_of(f, run, effects, dt)
@@ -156,10 +160,14 @@ def look_ahead(f, p, run, effects, t, dt, u):
         kept = run.y[1 + disc]
         f.bend[0, disc] = f.bend[1, disc] = 0.0
         if effects.discs[disc] != 0 and kept != 0.0:
-            run.y[1 + disc] = kept + _STEP
+            step = max(max(f.P[1 + disc, 1 + disc], 0.0) ** 0.5, _STEP)
+            if kept < 0.0 and kept + step >= 0.0:
+                # Beyond rest it would turn the other way.
+                step = -step
+            run.y[1 + disc] = kept + step
             answer(f, p, run, effects, t, dt, u)
-            f.bend[0, disc] = (f.answer[0] - torque_u) / _STEP
-            f.bend[1, disc] = (f.answer[1] - torque_l) / _STEP
+            f.bend[0, disc] = (f.answer[0] - torque_u) / step
+            f.bend[1, disc] = (f.answer[1] - torque_l) / step
             run.y[1 + disc] = kept
     if f.parts == 1:
         commit(f, p, effects, effects.after, torque_u, torque_l)
