@@ -11,10 +11,12 @@ import pytest
 from benchmarks.concealed.fields import PAPER, plant_record
 from benchmarks.concealed.signals import signal
 from drill_env import Rig
+from drill_env.diagnosis import extended, within
 from drill_env.diagnosis.at_rest import best_at_rest
 from drill_env.diagnosis.extended import evaluate, whitened
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.ground import ground_at
+from drill_env.diagnosis.joint import joint_step, overreaches
 from drill_env.diagnosis.moves import added
 from drill_env.diagnosis.search import base_fit
 from drill_env.diagnosis.terms import Named, Term, with_terms
@@ -171,3 +173,30 @@ def test_next_to_a_jump_of_a_torque_the_covariance_stays_one(family: str):
     least = [np.linalg.eigvalsh(P)[0] / np.trace(P) for P in rows["P"]]
     assert min(least) > -1e-14
     assert rows["F"][:, 2, 2].max() < 10.0
+
+
+def test_where_the_filter_breaks_down_the_numbers_along_the_motion_stay(monkeypatch):
+    """A gear's numbers that the motion told ended a diagnosis: "SVD did not converge"."""
+    term = term_of("gear_compliance")
+    setting, base = setting_of(played("gear_compliance"))
+    outside = Term(Named(LIBRARY["gear_compliance"]), term.q)
+    fit = added(setting, base, outside)
+    none = np.full_like(fit.gradient, math.nan)
+    broken = replace(fit, value=math.inf, gradient=none, terms=(term,))
+    monkeypatch.setattr(within, "evaluate", lambda *point: broken)
+    assert within.within_filter(setting, fit, lambda text: None) is fit
+    # A descent from there goes nowhere, and says so.
+    assert joint_step(setting, broken, 1e-4)[0] is broken
+    assert not overreaches(setting, broken, 1e-4)
+
+
+def test_a_point_without_slopes_has_no_likelihood(monkeypatch):
+    setting, base = setting_of(played("gear_compliance"))
+    whole = extended.whitened
+
+    def broken(*given):
+        return np.full_like(whole(*given), math.nan)
+
+    monkeypatch.setattr(extended, "whitened", broken)
+    there = evaluate(setting, base.vector, (), base.noise, base.starts, base.motions)
+    assert there.value == math.inf

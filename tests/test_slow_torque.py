@@ -32,7 +32,7 @@ def fitted(*hidden: Hidden) -> tuple[Setting, Fit]:
 
 def speed_shape(setting: Setting, base: Fit) -> Attempt:
     """A free torque of the upper disc's speed, fitted beside the rig."""
-    shapes = free_shapes(base.motions, base.rig.inertias)
+    shapes = free_shapes(base.motions)
     scores = score_shapes(ground_at(setting, base), shapes)
     score = next(s for s in scores if s.term.id == "upper_torque_of_omega_u")
     start = first_look(setting, base, score).start(setting, base)

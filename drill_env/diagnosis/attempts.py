@@ -19,9 +19,6 @@ from drill_env.identification.noise import NoiseModel
 FIRST_ROUNDS = 2
 """Rounds of a candidate's first descent."""
 
-CONFUSED_ROUNDS = 12
-"""Rounds of what the best name is easily taken for and was not tried."""
-
 # Rounds more for candidates whose gain is not below this share of the best one's, and how many.
 # The last ones get motions that are told anew with the candidate in place.
 _HEATS = ((4, 0.3, 6, False), (6, 0.4, 3, True), (6, 0.5, 3, True))

@@ -118,7 +118,7 @@ def diagnose(
     rig = rig.replace(**options.fixed)
     # The matrices are small: threads of the linear algebra would only wait for each other.
     with threadpool_limits(1):
-        relative = rig.inertias == 2 and made_of_twist(recordings)
+        relative = made_of_twist(recordings)
         samples = [prepare(r, rig, relative=relative) for r in recordings]
         held = [prepare(r, rig, relative=relative) for r in holdout]
         _check_channels(held)
@@ -174,10 +174,10 @@ def _diagnose(
     known = torque_driven([s.recording for s in samples]) or "km" in options.fixed
     scale = "km" if known else "Ju"
     free = free_parameters(rig, options.fixed, scale)
-    library = offered_effects(rig, free, samples, options.leave_out)
+    library = offered_effects(rig, free, options.leave_out)
     found = find(samples, rig, free, library, most=options.most, doubt=options.doubt, report=report)
     law = None
-    if rig.friction != "humped" and rig.inertias == 2 and "friction_shape" not in options.leave_out:
+    if rig.friction != "humped" and "friction_shape" not in options.leave_out:
         report("trying another friction law")
         law, found = law_fit(
             samples, rig, found, library, options.most, report, options.doubt, options.fixed
@@ -249,8 +249,8 @@ def _result(
         # What no candidate accounts for is not confused with those that were given up.
         if found.untold is None or effects or rival[0] in found.given_up
     ]
-    # The menu is of the rig's voltages: a lone axis would leave its bench.
-    plays = final.rig.inertias == 2 and setting.samples[0].recording.drive == "voltage"
+    # The menu is of the rig's voltages.
+    plays = setting.samples[0].recording.drive == "voltage"
     experiment = next_experiment(found) if final.terms and plays else None
     result = DiagnosisResult(
         verdict, _located(found, effects, shaped, verdict), effects, alternatives,

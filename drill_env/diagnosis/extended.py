@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -130,8 +131,7 @@ def _part(
         here = used[rows]
         z, w = flat(inner_columns[rows], here), flat(path.rows["white"][rows], here)
         still = np.zeros(len(known[i]), dtype=np.bool_)
-        if rig.inertias == 2 and edges[i + 1] - edges[i] > 1:
-            # On a lone axis (EMPS) fits ended worse with it; why is not known.
+        if edges[i + 1] - edges[i] > 1:
             dt = float(samples.t[edges[i] + 1] - samples.t[edges[i]])
             still = ~known[i] & _soon_at_rest(z, dt)
         steps[i, still] = -starts[i, still]
@@ -187,6 +187,9 @@ def evaluate(
     gradient = np.sum([p.gradient for p in parts], axis=0) + weight * miss
     information = np.sum([p.information for p in parts], axis=0) + np.diag(weight)
     value = sum(p.value for p in parts) + float(weight @ miss**2)
+    if not (np.isfinite(gradient).all() and np.isfinite(information).all()):
+        # Where the filter breaks down there is no way on.
+        value = math.inf
     return Fit(
         vector, rig, terms, noise, tuple(starts), tuple(motions), value, gradient, information,
         tuple(p.start_step for p in parts), tuple(p.start_slope for p in parts),

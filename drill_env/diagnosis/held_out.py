@@ -239,13 +239,12 @@ def _shaken(
     """What drawn torques do to runs that begin anew at each of some rows, shape (n, 2)."""
     channels = judged_channels(samples)
     # A drive with a fault of its own would not pass on noise of the voltage.
-    discs = ("upper", "lower")[: rig.inertias]
     tables = [
         {
             "id": "table", "component": disc, "depends_on": "time", "sort": "torque",
             "knots": samples.t.tolist(), "values": torque[:, place].tolist(),
         }
-        for place, disc in enumerate(discs)
+        for place, disc in enumerate(("upper", "lower"))
     ]  # fmt: skip
     shaken = rig.replace(effects=(*rig.effects, *tables))
     out = np.full((len(samples.t), 2), math.nan)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -83,6 +84,8 @@ def _step(here: Fit, damping: float) -> FloatArray:
 
 def overreaches(setting: Setting, here: Fit, damping: float) -> bool:
     """Whether a step would take the terms further than their usual sizes at once."""
+    if not math.isfinite(here.value):
+        return False
     return bool((np.abs(_step(here, damping)) > _reach(setting, here, False)).any())
 
 
@@ -107,6 +110,8 @@ def joint_step(
         far: whether the terms may grow by more than their usual size at once.
         least: no step is tried that promises less.
     """
+    if not math.isfinite(here.value):
+        return here, damping
     reach = _reach(setting, here, far)
     free = len(here.vector)
     for tried in range(tries):

@@ -79,11 +79,11 @@ def _told(found: Found, latents: Sequence[Latent]) -> Found:
         0.5 * (one.torques[:, 1] - one.torques[:, 0]) if both else one.torques[:, disc]
         for one in latents
     ]
-    motions, inertias = [one.motion for one in latents], found.final.rig.inertias
+    motions = [one.motion for one in latents]
     shapes = {
         name: shape
         for name in COORDINATES
-        if (shape := plain_shape(place, name, motions, inertias)) is not None
+        if (shape := plain_shape(place, name, motions)) is not None
     }
     if not shapes:
         return found

@@ -94,8 +94,7 @@ def _region(depends_on: str, fit: Fit, strong: np.ndarray, place: int) -> dict[s
     if coordinate is None or not strong.any():
         return {}
     values = coordinate(fit.motions[place])[strong]
-    turning = fit.rig.inertias == 2 or np.ptp(coordinate(fit.motions[place])) >= TURN
-    if turning and depends_on.startswith("theta"):
+    if depends_on.startswith("theta"):
         values = np.mod(values, TURN)
         if np.ptp(values) > _MOST_OF_A_TURN * TURN:
             return {}

@@ -1,4 +1,4 @@
-"""From one fit to another: a term more or less, other motions, the rig that was given."""
+"""From one fit to another: a term more or less, other motions."""
 
 from __future__ import annotations
 
@@ -16,13 +16,6 @@ from drill_env.diagnosis.terms import Term, corrected, with_terms
 from drill_env.effects.along import Motion
 from drill_env.identification.prediction_error import path_of, value_of
 from drill_env.identification.samples import Samples
-
-
-def unstrained(setting: Setting, here: Fit) -> Fit:
-    """The point with the rig that was given in place of the fitted one."""
-    centre = setting.coordinates.vector(setting.coordinates.base)
-    there = evaluate(setting, centre, here.terms, here.noise, here.starts, here.motions)
-    return with_new_motions(setting, there)
 
 
 def with_new_motions(setting: Setting, here: Fit) -> Fit:

@@ -10,7 +10,6 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env.diagnosis.attempts import (
-    CONFUSED_ROUNDS,
     FIRST_ROUNDS,
     attempted,
     best_of_each,
@@ -21,17 +20,16 @@ from drill_env.diagnosis.attempts import (
     tightened,
     unusual,
     with_resonances_retuned,
-    worth_a_round,
 )
 from drill_env.diagnosis.clock import cleaned, with_uncertain_times
 from drill_env.diagnosis.contest import contest
 from drill_env.diagnosis.extended import evaluate, motion_of
 from drill_env.diagnosis.faults import clock_jitter
 from drill_env.diagnosis.first_look import first_look
-from drill_env.diagnosis.fit import Fit, Setting, strain
+from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.ground import ground_at
 from drill_env.diagnosis.joint import descend_jointly, polished
-from drill_env.diagnosis.moves import own_values, unstrained, with_new_motions
+from drill_env.diagnosis.moves import own_values, with_new_motions
 from drill_env.diagnosis.rounds import (
     BELIEVED,
     NEEDED_BESIDE,
@@ -44,7 +42,7 @@ from drill_env.diagnosis.rounds import (
     rigs_own,
 )
 from drill_env.diagnosis.scan import Scored, score_effects, score_shapes
-from drill_env.diagnosis.shapes import come_round, free_shapes
+from drill_env.diagnosis.shapes import free_shapes
 from drill_env.diagnosis.sizeless import descended, has_peaks
 from drill_env.diagnosis.slips import broken_counts, slips
 from drill_env.diagnosis.strikes import Strike, faint, named_strikes, score_strikes
@@ -64,9 +62,6 @@ _RELEASE = 6.0
 _WIDTHS, _LATER_WIDTHS = (12, 5), (7, 3)
 _TRIED, _TRIED_SHAPES, _TRIED_WAVES = 6, 3, 2
 _BASE_ROUNDS = 25
-_HOME_ROUNDS = 5
-# Squared standard deviations a parameter above which a fitted rig counts as bent.
-_STRAINED = 3.0
 # Criteria by score that are worth a look: scores fall short of the gain that a fit with its noise
 # reaches. Beside what was found more is needed, and where the noise is usual scores are true.
 _WORTH, _WORTH_BESIDE, _WORTH_BESIDE_IF_USUAL = -15.0, 0.0, 10.0
@@ -112,13 +107,13 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     others = [effect for effect in effects if effect.id not in present]
     # Slopes tell little of these; where much is missing the likelihood itself is asked.
     peaked = [effect for effect in others if has_peaks(effect)]
-    asked = peaked if unusual(fit.noise) else []
-    named = score_effects(ground, [effect for effect in others if effect not in asked])
-    shapes = score_shapes(ground, free_shapes(fit.motions, fit.rig.inertias))
+    scored = [e for e in others if e not in peaked] if unusual(fit.noise) else others
+    named = score_effects(ground, scored)
+    shapes = score_shapes(ground, free_shapes(fit.motions))
     price = np.log(fit.count)
-    waves = score_waves(ground, _waves_of(fit, effects))
-    strikes = score_strikes(ground)
     wanted = {effect.id for effect in effects}
+    waves = score_waves(ground, free_waves(wanted))
+    strikes = score_strikes(ground)
     found = [pair for pair in (slips(ground, 0), slips(ground, 1)) if pair is not None]
     lost = [(term, gain) for term, gain in found if term.id in wanted]
     wide, wide_shapes = _LATER_WIDTHS if fit.terms else _WIDTHS
@@ -131,20 +126,14 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     for start in _starts(setting, fit, hopeful):
         report(f"trying {start.terms[-1].id}")
         done.append(carried_on(setting, fit, start, FIRST_ROUNDS))
-    for effect in asked:
+    done = heated(setting, fit, done)
+    for effect in peaked if _left_unusual(fit, done) else confused_with(done, peaked):
         report(f"trying {effect.id}")
         done.append(descended(ground, effect, done))
-    done = heated(setting, fit, done)
-    for effect in confused_with(done, peaked):
-        report(f"trying {effect.id}, for which {done[0].term.id} is easily taken")
-        done.append(descended(ground, effect, done, CONFUSED_ROUNDS))
     done = with_resonances_retuned(setting, fit, done)
-    if unusual(fit.noise):
+    if _left_unusual(fit, done):
         report("trying with the usual noise")
         done = sorted([*done, *tightened(setting, fit, done)], key=lambda a: -a.gain)
-    if not fit.terms and done and strain(setting, done[0].fit) > _STRAINED * len(fit.vector):
-        report("trying from the given rig")
-        done += heated(setting, fit, _from_home(setting, fit, effects, done))
     done = [a for a in best_of_each(done) if not faint(a.term, a.gain)]
     done = [a for a in done if not broken_counts(a.term, setting.samples)]
     return Round(
@@ -152,6 +141,12 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
         tuple(a for a in done if is_named(a.term) and not at_its_limit(a, done)),
         tuple(a for a in done if not is_named(a.term) and not rigs_own(a)),
     )  # fmt: skip
+
+
+def _left_unusual(fit: Fit, done: Sequence[Attempt]) -> bool:
+    """Whether what is missing still poses as noise beside the best name."""
+    best = max((a for a in done if is_named(a.term)), key=lambda a: a.criterion, default=None)
+    return unusual(fit.noise if best is None else best.fit.noise)
 
 
 def _least(fit: Fit) -> float:
@@ -174,26 +169,6 @@ def _starts(setting: Setting, fit: Fit, hopeful: Sequence[Scored]) -> list[Fit]:
     shapes = [look for look in shapes if look not in strikes]
     best = [*names[:_TRIED], *shapes[:_TRIED_SHAPES], *waves[:_TRIED_WAVES], *strikes[:1]]
     return [look.start(setting, fit) for look in best]
-
-
-def _waves_of(fit: Fit, effects: Sequence[Effect]) -> list[Wave]:
-    inertias = fit.rig.inertias
-    known = {effect.id for effect in effects}
-    return free_waves(known, inertias, turning=come_round(fit.motions, inertias))
-
-
-def _from_home(
-    setting: Setting, fit: Fit, effects: Sequence[Effect], done: Sequence[Attempt]
-) -> list[Attempt]:
-    """Candidates tried at the given rig: a rig that was bent to do without one hides it."""
-    home, tried = unstrained(setting, fit), []
-    best = max((a.gain for a in done if is_named(a.term)), default=0.0)
-    own = own_values(setting, home)
-    for scored in score_effects(ground_at(setting, home), effects)[:_TRIED]:
-        start = first_look(setting, home, scored, own).start(setting, home)
-        enough = worth_a_round(best - (fit.value - start.value), _HOME_ROUNDS)
-        tried.append(carried_on(setting, fit, start, _HOME_ROUNDS, enough=enough))
-    return tried
 
 
 def _base(

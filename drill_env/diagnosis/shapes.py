@@ -21,7 +21,7 @@ _OTHER_HATS = 9
 _SLOW = (0.02, 0.06)
 _UPPER, _LOWER = 0, 1
 TURN = 2.0 * np.pi
-"""Travel (rad) from which on an angle has come round; an axis in metres travels less."""
+"""One turn, rad."""
 
 Coordinate = Callable[[Motion], FloatArray]
 Functions = Callable[[FloatArray], FloatArray]
@@ -181,9 +181,6 @@ _OFFERED: tuple[tuple[str, str, str, tuple[str, ...], _Maker], ...] = (
      partial(_misread, _UPPER)),
     ("error_l", "sensor", "error", ("theta_l", "time", "omega_l"), partial(_misread, _LOWER)),
 )  # fmt: skip
-# What a rig of one inertia has of it.
-_OF_ONE = ("upper_torque", "upper_drive", "drive", "upper_friction", "upper_damping", "error_u")
-_COORDINATES_OF_ONE = ("time", "voltage", "theta_u", "omega_u")
 
 
 def own_functions(shape: Shape) -> FloatArray | None:
@@ -207,15 +204,13 @@ def comes_round(depends_on: str, knots: Sequence[float]) -> bool:
     return depends_on.startswith("theta") and abs(knots[-1] - knots[0] - even) < 1e-9
 
 
-def _functions(name: str, motions: Sequence[Motion], turning: bool) -> tuple[FloatArray, Functions]:
-    if turning and name.startswith("theta"):
+def _functions(name: str, motions: Sequence[Motion]) -> tuple[FloatArray, Functions]:
+    if name.startswith("theta"):
         turn = TURN * np.arange(_ANGLE_HATS) / _ANGLE_HATS
         return turn, lambda values: ring(values, _ANGLE_HATS)
     values = np.concatenate([COORDINATES[name](m) for m in motions])
     if name == "time":
         knots = np.linspace(0.0, float(values.max()), _TIME_HATS)
-    elif name.startswith("theta"):
-        knots = np.linspace(float(values.min()), float(values.max()) + 1e-9, _OTHER_HATS)
     else:
         # Between quantiles and even spacing: friction changes fast near rest, drag far from it.
         inner = np.quantile(values, np.linspace(0.0, 1.0, _OTHER_HATS))
@@ -236,51 +231,34 @@ def _with_slow(knots: FloatArray) -> FloatArray:
     return np.unique(np.concatenate([knots[far], slow]))
 
 
-def come_round(motions: Sequence[Motion], inertias: int = 2) -> bool:
-    """Whether angles are told as those of a turn; a short way of one axis is but a way."""
-    return inertias == 2 or max(float(np.ptp(COORDINATES["theta_u"](m))) for m in motions) >= TURN
-
-
-def free_shapes(motions: Sequence[Motion], inertias: int = 2) -> tuple[Shape, ...]:
+def free_shapes(motions: Sequence[Motion]) -> tuple[Shape, ...]:
     """The shapes that recordings of these motions can tell.
 
     Args:
         motions: of the fitted recordings; they set the range of each coordinate.
-        inertias: of the rig; of one there is the upper disc alone.
     """
-    turning = come_round(motions, inertias)
-    forms = {name: _functions(name, motions, turning) for name in COORDINATES}
+    forms = {name: _functions(name, motions) for name in COORDINATES}
     made = [
         Shape(f"{what}_of_{name}", component, name, sort, tuple(forms[name][0]),
               make(name, forms[name][1]))
         for what, component, sort, names, make in _OFFERED
-        if inertias == 2 or what in _OF_ONE
         for name in names
-        if inertias == 2 or name in _COORDINATES_OF_ONE
     ]  # fmt: skip
-    if not turning:
-        # A reading that is off in proportion to the way is but another scale of torque.
-        made = [s for s in made if s.id != "error_u_of_theta_u"]
     # A voltage that is constant throughout tells no function of it.
     return tuple(s for s in made if len(s.knots) > 1)
 
 
-def plain_shape(
-    place: Place, name: str, motions: Sequence[Motion], inertias: int = 2
-) -> Shape | None:
+def plain_shape(place: Place, name: str, motions: Sequence[Motion]) -> Shape | None:
     """A torque at some place as a function of one coordinate, or None where that is constant.
 
     Args:
         place: where it acts.
         name: of `COORDINATES`.
         motions: they set the coordinate's range.
-        inertias: of the rig; with one there is no lower disc.
     """
-    if inertias == 1 and name not in _COORDINATES_OF_ONE:
-        return None
     if np.ptp(np.concatenate([COORDINATES[name](m) for m in motions])) == 0.0:
         return None
-    knots, functions = _functions(name, motions, come_round(motions, inertias))
+    knots, functions = _functions(name, motions)
     if len(knots) < 2:
         return None
     basis = _plain(_PLAIN[place], name, functions)

@@ -24,7 +24,7 @@ from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import Effect
 
 # Peaks at which descents begin, and rounds of the one that goes on.
-_PEAKS, _ROUNDS = 3, 3
+_PEAKS, _ROUNDS = 3, 12
 # Points closer than this factor in every number are on one peak.
 _CLOSE = 1.3
 
@@ -34,9 +34,7 @@ def has_peaks(effect: Effect) -> bool:
     return len(effect.parameters) > 1 and all(p.role != "amplitude" for p in effect.parameters)
 
 
-def descended(
-    ground: Ground, effect: Effect, done: Sequence[Attempt], rounds: int = _ROUNDS
-) -> Attempt:
+def descended(ground: Ground, effect: Effect, done: Sequence[Attempt]) -> Attempt:
     """The best attempt with such an effect from the highest peaks.
 
     The rig follows for one round at each peak; where that leads highest the descent goes on, for as
@@ -46,7 +44,6 @@ def descended(
         ground: where it joins.
         effect: it.
         done: attempts with others.
-        rounds: most rounds of the descent.
     """
     setting, fit, source = ground.setting, ground.fit, Named(effect)
     points = [source.bounded(q) for q in grid_of(effect, ground)]
@@ -56,8 +53,8 @@ def descended(
     starts = [added(setting, fit, Term(source, q)) for q in _peaks(points, gains)]
     starts = [descend_jointly(setting, s, limit=1, enough=1.0, only=None) for s in starts]
     best = attempted(fit, min(starts, key=lambda there: there.value))
-    enough = worth_a_round(behind(best, done), rounds)
-    there = descend_jointly(setting, best.fit, limit=rounds, enough=enough, only=None)
+    enough = worth_a_round(behind(best, done), _ROUNDS)
+    there = descend_jointly(setting, best.fit, limit=_ROUNDS, enough=enough, only=None)
     return attempted(fit, there)
 
 

@@ -99,7 +99,7 @@ def score_strikes(ground: Ground) -> list[Scored]:
     torque of each row: one pass tells all moments.
     """
     found = []
-    for disc in range(ground.fit.rig.inertias):
+    for disc in range(2):
         best = _best_of(ground, disc, _moments_of(ground, disc))
         for level in range(_FINER):
             if best is None or best.gain < _HOPEFUL * _SURE:

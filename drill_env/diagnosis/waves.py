@@ -118,19 +118,13 @@ _KNOWN_AS = {
 }
 
 
-def free_waves(known: Container[str], inertias: int = 2, *, turning: bool = True) -> list[Wave]:
+def free_waves(known: Container[str]) -> list[Wave]:
     """The waves for which the library has no name.
 
     Args:
         known: ids of the library; an effect of the same formula is its name.
-        inertias: of the rig; of one there is the upper disc alone.
-        turning: whether angles come round.
     """
-    waves = [
-        _wave(component, name)
-        for component, name in _PLACES
-        if (inertias == 2 or component == "upper") and (turning or name == "time")
-    ]
+    waves = [_wave(component, name) for component, name in _PLACES]
     return [wave for wave in waves if _KNOWN_AS.get(wave.id, "") not in known]
 
 

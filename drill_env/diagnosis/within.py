@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -35,8 +36,11 @@ def within_filter(setting: Setting, fit: Fit, report: Callable[[str], None]) -> 
         return fit
     if any(at_rest(a) != at_rest(b) for a, b in zip(terms, fit.terms, strict=True)):
         report("fitting within the filter")
-        fit = evaluate(setting, fit.vector, terms, fit.noise, fit.starts, fit.motions)
-        fit = polished(setting, probed(setting, fit))
+        inside = evaluate(setting, fit.vector, terms, fit.noise, fit.starts, fit.motions)
+        if not math.isfinite(inside.value):
+            # The filter breaks down with the numbers that the motion told: these are all there is.
+            return fit
+        fit = polished(setting, probed(setting, inside))
     return probed(setting, fit)
 
 
@@ -52,7 +56,10 @@ def probed(setting: Setting, fit: Fit) -> Fit:
         for term in fit.terms:
             terms.append(_with_steps(term, deviation[place : place + len(term.q)]))
             place += len(term.q)
-        fit = evaluate(setting, fit.vector, tuple(terms), fit.noise, fit.starts, fit.motions)
+        there = evaluate(setting, fit.vector, tuple(terms), fit.noise, fit.starts, fit.motions)
+        if not math.isfinite(there.value):
+            return fit
+        fit = there
     return fit
 
 
