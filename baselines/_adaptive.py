@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drill_env._jit import entry, kernel
-from drill_env.friction._kernels import lower_sliding, lower_slope
+from drill_env.friction.kernels import lower_sliding, lower_slope
 
 from ._filter import (
     DELAY,

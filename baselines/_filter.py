@@ -8,7 +8,7 @@ encoder's filter counts as pure delay, which it is well below its cutoff.
 from math import exp
 
 from drill_env._jit import entry, kernel
-from drill_env.friction._kernels import lower_sliding, lower_slope, upper_sliding
+from drill_env.friction.kernels import lower_sliding, lower_slope, upper_sliding
 
 TWIST, OMEGA_U, OMEGA_L = 0, 1, 2
 PAST = 3

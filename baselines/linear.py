@@ -11,7 +11,7 @@ from scipy.linalg import expm
 
 from drill_env._types import FloatArray
 from drill_env.dynamics import equilibrium_state, equilibrium_voltage
-from drill_env.dynamics._kernels import fill_jacobian
+from drill_env.dynamics.kernels import fill_jacobian
 from drill_env.environment.config import EnvConfig, View
 from drill_env.friction import kernel_record
 from drill_env.parameters import Rig

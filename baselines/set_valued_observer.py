@@ -12,7 +12,7 @@ from drill_env._types import FloatArray
 from drill_env.dynamics import equilibrium_voltage
 from drill_env.environment.config import EnvConfig, View
 from drill_env.friction import kernel_record, lower_curve
-from drill_env.friction._kernels import map_lower
+from drill_env.friction.kernels import map_lower
 
 from . import _filter as kernels
 from ._observer import observe_rigs

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from drill_env import _siblings
 from drill_env._errors import InputError
-from drill_env.environment._register import register_ids
+from drill_env.environment.registration import register_ids
 from drill_env.parameters import Rig, load_rig, save_rig
 
 if TYPE_CHECKING:

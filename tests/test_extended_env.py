@@ -12,8 +12,8 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 import drill_env  # noqa: F401
 from drill_env import InputError, Rig
 from drill_env.environment import DrillStringEnv
-from drill_env.environment._core import EnvCore
 from drill_env.environment.config import EnvConfig
+from drill_env.environment.core import EnvCore
 from drill_env.integrator import sampled_voltage, simulate
 from drill_env.parameters import save_rig
 from drill_env.sensors import Encoder

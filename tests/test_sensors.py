@@ -131,7 +131,7 @@ def test_lost_counts_are_binomial():
     """Every draw against SciPy's quantile function."""
     from scipy.stats import binom
 
-    from drill_env.sensors._kernels import lose_counts
+    from drill_env.sensors.kernels import lose_counts
 
     rng = np.random.default_rng(3)
     for moved, chance in ((1, 0.3), (40, 0.01), (170, 1e-3), (170, 0.5), (3000, 0.02)):

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import DOP853, RK23, RK45
 
 from drill_env.integrator import _bs23, _dop853, _dopri5
-from drill_env.integrator._tableau import tableau
+from drill_env.integrator.tableau import tableau
 
 
 def constants(module: object, name: str, rows: int, columns: int) -> np.ndarray:

@@ -11,8 +11,8 @@ from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.benchmark.plants import Plants
 from drill_env.controllers import Controller
-from drill_env.environment._core import EnvCore
 from drill_env.environment.config import EnvConfig, Start
+from drill_env.environment.core import EnvCore
 
 Scenario: TypeAlias = Literal["limit_cycle", "rest", "ring", "friction_step"]
 """How a run begins; "friction_step" begins on the limit cycle and changes friction midway."""

@@ -8,11 +8,11 @@ from drill_env._types import FloatArray
 from drill_env.continuation.describe import describe
 from drill_env.continuation.flow import Character, CycleError, LimitCycle, Shot
 from drill_env.friction import kernel_record
-from drill_env.friction._kernels import map_lower
-from drill_env.integrator._advance import DONE, advance
-from drill_env.integrator._modes import start_mode
-from drill_env.integrator._records import EVENT, FIRST_PARAMETER, N_STATE, RUN, new_work
-from drill_env.integrator._tableau import tableau
+from drill_env.friction.kernels import map_lower
+from drill_env.integrator.advance import DONE, advance
+from drill_env.integrator.modes import start_mode
+from drill_env.integrator.records import EVENT, FIRST_PARAMETER, N_STATE, RUN, new_work
+from drill_env.integrator.tableau import tableau
 from drill_env.integrator.trajectory import Events
 from drill_env.parameters import SYMBOLS, Rig
 

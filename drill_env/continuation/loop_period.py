@@ -14,12 +14,12 @@ from drill_env.continuation.flow import CycleError
 from drill_env.continuation.loop_law import ControlLaw
 from drill_env.controllers import Controller
 from drill_env.dynamics import equilibrium_state, equilibrium_voltage
-from drill_env.dynamics._kernels import rates_at
+from drill_env.dynamics.kernels import rates_at
 from drill_env.environment.config import EnvConfig
 from drill_env.friction import kernel_record
 from drill_env.integrator import NegativeFrictionWarning, Trajectory, simulate
 from drill_env.parameters import SYMBOLS
-from drill_env.sensors._kernels import filter_sample
+from drill_env.sensors.kernels import filter_sample
 
 # The voltage acts on the upper disc as dTsu does, but for its sign and km.
 _DRIVE = 4 + SYMBOLS.index("dTsu")

@@ -6,7 +6,7 @@ module with an `EFFECT` in its entry points of the group ``drill_env.effects``.
 
 from drill_env.effects._effect import Effect, EffectParameter, amplitude, phase, shape
 from drill_env.effects._registry import LIBRARY, load_installed, load_library, register
-from drill_env.effects._signal import at_start, branch, clipped, response, size_of
+from drill_env.effects.signal import at_start, branch, clipped, response, size_of
 
 load_library()
 load_installed()

@@ -7,8 +7,8 @@ mean over the interval.
 from math import ceil, exp, sqrt
 
 from drill_env._jit import entry, inlined, kernel
-from drill_env.effects._signal import RESTING, respond
-from drill_env.friction._kernels import lower_sliding
+from drill_env.effects.signal import RESTING, respond
+from drill_env.friction.kernels import lower_sliding
 
 # Rates times the substep: far inside the method's stability, 2.8.
 _SHARE, _MOST = 1.0, 1000

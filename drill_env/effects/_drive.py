@@ -4,7 +4,7 @@ from math import pi
 
 from drill_env._jit import kernel
 from drill_env.effects._effect import shape
-from drill_env.effects._signal import branch
+from drill_env.effects.signal import branch
 
 MOTOR_SHARE = shape("motor_share", "1", (0.1, 0.25, 0.5), low=0.01, high=0.95, form=0.25)
 """Of the upper disc's inertia. Only where the disc is released and held does it show."""

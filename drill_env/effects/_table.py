@@ -3,7 +3,7 @@
 from math import floor, inf
 
 from drill_env._jit import inlined, kernel, number_at
-from drill_env.effects._signal import response
+from drill_env.effects.signal import response
 
 COORDINATES = (
     "time",

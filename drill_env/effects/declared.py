@@ -12,8 +12,8 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.effects import LIBRARY, Effect
-from drill_env.effects._signal import ENTRY, MOST_BRANCHES, MOST_INNER
 from drill_env.effects._table import ACTIONS, COORDINATES, tabulated
+from drill_env.effects.signal import ENTRY, MOST_BRANCHES, MOST_INNER
 from drill_env.parameters import Rig
 
 _TABLE_KEYS = {"id", "component", "depends_on", "sort", "knots", "values", "encoder", "period"}

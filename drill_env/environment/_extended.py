@@ -6,14 +6,14 @@ import numpy as np
 
 from drill_env._jit import entry, kernel
 from drill_env._types import FloatArray, IntArray
-from drill_env.effects._readings import errors_in
-from drill_env.effects._signal import RESTING
+from drill_env.effects.readings import errors_in
+from drill_env.effects.signal import RESTING
 from drill_env.environment._kernel import end_period, fill_reward, follow_schedule
 from drill_env.environment._sensing import fill_observation, start_sensors
-from drill_env.integrator._advance import DONE, LOG_FULL, advance
-from drill_env.integrator._effects import rates_now
-from drill_env.integrator._records import MOST_INNER, N_STATE
-from drill_env.integrator._signatures import call_change
+from drill_env.integrator.acting import rates_now
+from drill_env.integrator.advance import DONE, LOG_FULL, advance
+from drill_env.integrator.records import MOST_INNER, N_STATE
+from drill_env.integrator.signatures import call_change
 
 # Of `start_with_effects`: modes and inner states anew.
 _ALL = 3

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drill_env.environment._core import EnvCore
 from drill_env.environment._records import REWARD_TERMS
+from drill_env.environment.core import EnvCore
 
 _PARTS = tuple(f"reward_{name}" for name in REWARD_TERMS)
 

@@ -1,7 +1,7 @@
 """Compiled step and start of any number of environments."""
 
 from drill_env._jit import entry, inlined
-from drill_env.dynamics._kernels import lower_rate, upper_rate
+from drill_env.dynamics.kernels import lower_rate, upper_rate
 from drill_env.environment._records import (
     EFFORT,
     ERROR,
@@ -12,9 +12,9 @@ from drill_env.environment._records import (
     WIDTH,
 )
 from drill_env.environment._sensing import fill_observation, read_samples, start_sensors
-from drill_env.integrator._advance import DONE, LOG_FULL, advance
-from drill_env.integrator._modes import MAXIMUM, start_mode
-from drill_env.integrator._records import N_STATE
+from drill_env.integrator.advance import DONE, LOG_FULL, advance
+from drill_env.integrator.modes import MAXIMUM, start_mode
+from drill_env.integrator.records import N_STATE
 
 
 @inlined

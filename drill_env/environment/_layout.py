@@ -7,14 +7,14 @@ import math
 import numpy as np
 
 from drill_env._types import FloatArray, IntArray
-from drill_env.effects._signal import PORTS, SIGNAL
 from drill_env.effects.declared import Declared
+from drill_env.effects.signal import PORTS, SIGNAL
 from drill_env.environment._extended import Extension
 from drill_env.environment._records import Buffers
 from drill_env.environment.config import EnvConfig
-from drill_env.integrator._effects import start_with_effects
-from drill_env.integrator._prepared import equip
-from drill_env.integrator._records import N_STATE
+from drill_env.integrator.acting import start_with_effects
+from drill_env.integrator.prepared import equip
+from drill_env.integrator.records import N_STATE
 
 _SAME = 1e-9
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drill_env._types import FloatArray, IntArray
-from drill_env.integrator._records import EVENT, N_STATE, RUN, new_work
-from drill_env.parameters._record import PARAMETERS
+from drill_env.integrator.records import EVENT, N_STATE, RUN, new_work
+from drill_env.parameters.record import PARAMETERS
 
 VIEWS = ("both", "surface", "state")
 VIEW_BOTH, VIEW_SURFACE, VIEW_STATE = range(3)

@@ -4,7 +4,7 @@ from math import floor
 
 from drill_env._jit import entry, inlined, kernel
 from drill_env.environment._records import VIEW_STATE, VIEW_SURFACE
-from drill_env.sensors._kernels import filter_step, lost_counts, quantise, start_filter
+from drill_env.sensors.kernels import filter_step, lost_counts, quantise, start_filter
 
 
 @entry

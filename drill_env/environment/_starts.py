@@ -13,7 +13,7 @@ from drill_env.dynamics import equilibrium_state, equilibrium_voltage
 from drill_env.environment._kernel import settle_on_cycle
 from drill_env.environment._records import Buffers
 from drill_env.environment.config import EnvConfig, Start
-from drill_env.integrator._tableau import tableau
+from drill_env.integrator.tableau import tableau
 
 _SETTLE_S, _WATCH_S = 30.0, 14.0
 

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.environment._core import EnvCore
 from drill_env.environment._info import one_info
 from drill_env.environment._render import Frame, Renderer
 from drill_env.environment.config import EnvConfig
+from drill_env.environment.core import EnvCore
 from drill_env.parameters import Rig
 
 

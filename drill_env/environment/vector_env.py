@@ -12,9 +12,9 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from drill_env._errors import InputError
-from drill_env.environment._core import EnvCore
 from drill_env.environment._info import all_info, masked
 from drill_env.environment.config import EnvConfig
+from drill_env.environment.core import EnvCore
 
 
 class DrillStringVectorEnv(VectorEnv[NDArray[np.float32], NDArray[Any], Any]):

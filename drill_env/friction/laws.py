@@ -7,7 +7,7 @@ import functools
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.friction._kernels import fill_clamp, map_lower, map_upper
+from drill_env.friction.kernels import fill_clamp, map_lower, map_upper
 from drill_env.parameters import Rig
 
 

@@ -5,7 +5,7 @@ from math import exp
 from drill_env._jit import entry, inlined
 from drill_env.identification._filter_reading import reading_row
 from drill_env.identification._filter_state import D_L, D_U, N_FILTER
-from drill_env.integrator._records import N_STATE
+from drill_env.integrator.records import N_STATE
 
 
 @entry

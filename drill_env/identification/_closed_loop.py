@@ -3,9 +3,9 @@
 import numpy as np
 
 from drill_env._jit import entry, kernel
-from drill_env.integrator._advance import DONE, LOG_FULL, advance
-from drill_env.integrator._modes import start_mode
-from drill_env.integrator._records import FIRST_PARAMETER, LOAD_U, N_STATE
+from drill_env.integrator.advance import DONE, LOG_FULL, advance
+from drill_env.integrator.modes import start_mode
+from drill_env.integrator.records import FIRST_PARAMETER, LOAD_U, N_STATE
 
 # km, Ju, Tsu, dTsu, bu, dbu: the first parameters of all.
 N_SLOPES = 6

@@ -20,10 +20,10 @@ from drill_env.identification._filter_update import (
     take_volume,
     update,
 )
-from drill_env.integrator._advance import DONE
-from drill_env.integrator._modes import start_mode
-from drill_env.integrator._records import N_STATE
-from drill_env.parameters._record import N_PARAMETERS
+from drill_env.integrator.advance import DONE
+from drill_env.integrator.modes import start_mode
+from drill_env.integrator.records import N_STATE
+from drill_env.parameters.record import N_PARAMETERS
 
 
 @kernel

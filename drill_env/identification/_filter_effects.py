@@ -10,10 +10,10 @@ import numpy as np
 
 from drill_env._jit import kernel
 from drill_env._types import FloatArray, IntArray
-from drill_env.dynamics._kernels import lower_rate, upper_rate
-from drill_env.effects._along import over_interval
+from drill_env.dynamics.kernels import lower_rate, upper_rate
+from drill_env.effects.along import over_interval
 from drill_env.identification._filter_state import D_L, D_U
-from drill_env.integrator._records import N_STATE
+from drill_env.integrator.records import N_STATE
 
 # Least step of a speed, rad/s; small against any motion, far above rounding.
 _STEP = 1e-6

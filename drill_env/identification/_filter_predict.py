@@ -5,9 +5,9 @@ from math import exp
 from drill_env._jit import kernel
 from drill_env.identification._filter_effects import act, bend_transition
 from drill_env.identification._filter_state import D_L, D_U, N_FILTER, N_SLOPES
-from drill_env.integrator._advance import DONE, advance
-from drill_env.integrator._records import FIRST_PARAMETER, LOAD_L, LOAD_U, N_STATE
-from drill_env.parameters._record import N_PARAMETERS
+from drill_env.integrator.advance import DONE, advance
+from drill_env.integrator.records import FIRST_PARAMETER, LOAD_L, LOAD_U, N_STATE
+from drill_env.parameters.record import N_PARAMETERS
 
 
 @kernel

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from drill_env.integrator._records import N_STATE
-from drill_env.parameters._record import N_PARAMETERS
+from drill_env.integrator.records import N_STATE
+from drill_env.parameters.record import N_PARAMETERS
 
 N_FILTER = 6
 D_U, D_L = 4, 5

@@ -5,8 +5,8 @@ from math import log
 from drill_env._jit import inlined, kernel
 from drill_env.identification._filter_reading import reading_row
 from drill_env.identification._filter_state import N_FILTER, START_OFFSET
-from drill_env.integrator._records import N_STATE
-from drill_env.parameters._record import N_PARAMETERS
+from drill_env.integrator.records import N_STATE
+from drill_env.parameters.record import N_PARAMETERS
 
 # One logarithm for many variances, before their product leaves what a number can hold.
 _LEAST, _MOST = 1e-250, 1e250

@@ -13,7 +13,7 @@ import numpy as np
 from drill_env._jit import entry, inlined, kernel
 from drill_env.identification._filter_reading import reading_row
 from drill_env.identification._filter_state import D_L, D_U, N_FILTER
-from drill_env.integrator._records import N_STATE
+from drill_env.integrator.records import N_STATE
 
 N_NOISE = 8
 _SENSORS = 4  # where their numbers begin

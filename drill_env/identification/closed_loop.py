@@ -23,9 +23,9 @@ from drill_env.identification.inverse_dynamics import relative_error
 from drill_env.identification.one_inertia import identify_one_inertia
 from drill_env.identification.position_law import PositionLaw
 from drill_env.identification.prediction_error import Buffers
-from drill_env.integrator._advance import DONE
-from drill_env.integrator._records import EVENT, RUN, new_work
-from drill_env.integrator._tableau import tableau
+from drill_env.integrator.advance import DONE
+from drill_env.integrator.records import EVENT, RUN, new_work
+from drill_env.integrator.tableau import tableau
 from drill_env.parameters import Rig
 from drill_env.recordings import Recording
 

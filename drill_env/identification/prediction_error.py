@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from drill_env._types import BoolArray, FloatArray, IntArray
-from drill_env.effects._signal import MOST_STATES, PORTS, SIGNAL
 from drill_env.effects.declared import Declared
+from drill_env.effects.signal import MOST_STATES, PORTS, SIGNAL
 from drill_env.friction import kernel_record
 from drill_env.identification._filter import run_filter
 from drill_env.identification._filter_effects import Acting
@@ -23,9 +23,9 @@ from drill_env.identification._filter_state import (
 )
 from drill_env.identification.noise import SENSORS, NoiseModel
 from drill_env.identification.samples import Samples
-from drill_env.integrator._advance import DONE
-from drill_env.integrator._records import EVENT, FIRST_PARAMETER, RUN, STEPS_PER_PERIOD, new_work
-from drill_env.integrator._tableau import tableau
+from drill_env.integrator.advance import DONE
+from drill_env.integrator.records import EVENT, FIRST_PARAMETER, RUN, STEPS_PER_PERIOD, new_work
+from drill_env.integrator.tableau import tableau
 from drill_env.parameters import SYMBOLS, Rig
 
 # Angle of the string's oscillation in a sample interval below which a pair of low order is

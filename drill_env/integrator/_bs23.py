@@ -6,9 +6,9 @@ The filter integrates from sample to sample; a higher order buys it digits below
 from numba import int64
 
 from drill_env._jit import inlined, kernel, unit
-from drill_env.integrator._records import N_STATE
-from drill_env.integrator._signatures import FILL
 from drill_env.integrator._stage import fill_forces, keep_stage
+from drill_env.integrator.records import N_STATE
+from drill_env.integrator.signatures import FILL
 
 STAGES = 3
 

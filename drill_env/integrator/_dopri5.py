@@ -7,8 +7,8 @@ coefficient from memory.
 from numba import int64
 
 from drill_env._jit import inlined, kernel
-from drill_env.integrator._records import N_STATE
 from drill_env.integrator._stage import keep_stage
+from drill_env.integrator.records import N_STATE
 
 LAST = 6
 

@@ -27,8 +27,8 @@ from drill_env.integrator._dopri5 import (
     B4,
     B5,
 )
-from drill_env.integrator._signatures import FILL
 from drill_env.integrator._stage import fill_forces
+from drill_env.integrator.signatures import FILL
 
 
 @unit(FILL)

@@ -1,10 +1,10 @@
 """Compiled event functions over a step and the location of their first zero."""
 
 from drill_env._jit import inlined, kernel
-from drill_env.dynamics._kernels import clamp_event, lower_event, upper_event
-from drill_env.integrator._signatures import call_fill, call_gap, call_step
+from drill_env.dynamics.kernels import clamp_event, lower_event, upper_event
 from drill_env.integrator._step import dense_at
 from drill_env.integrator._voltage_piece import voltage_at, voltage_slope
+from drill_env.integrator.signatures import call_fill, call_gap, call_step
 
 UPPER, LOWER, LOWER_LAW = 0, 1, 2
 _SAMPLES = 16

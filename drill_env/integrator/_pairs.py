@@ -6,10 +6,10 @@ from drill_env._jit import inlined, kernel, unit
 from drill_env.integrator._bs23 import bs23_dense, bs23_error, bs23_stages
 from drill_env.integrator._dop853 import dop853_stages
 from drill_env.integrator._dopri5 import dopri5_dense, dopri5_error, dopri5_stages
-from drill_env.integrator._records import N_STATE
-from drill_env.integrator._signatures import FILL, STEP
 from drill_env.integrator._step import fill_rates
 from drill_env.integrator._voltage_piece import voltage_at
+from drill_env.integrator.records import N_STATE
+from drill_env.integrator.signatures import FILL, STEP
 
 
 @inlined

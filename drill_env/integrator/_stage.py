@@ -1,16 +1,16 @@
 """Compiled rates of one stage and forcing of its sensitivities, shared by the unrolled pairs."""
 
 from drill_env._jit import inlined
-from drill_env.dynamics._kernels import (
+from drill_env.dynamics.kernels import (
     fill_linear,
     fill_parameter_rates,
     lower_rate_slope,
     lower_rate_with,
     upper_rate,
 )
-from drill_env.integrator._records import FIRST_PARAMETER, LOAD_L, LOAD_U
-from drill_env.integrator._signatures import call_stage
 from drill_env.integrator._voltage_piece import voltage_at
+from drill_env.integrator.records import FIRST_PARAMETER, LOAD_L, LOAD_U
+from drill_env.integrator.signatures import call_stage
 
 
 @inlined

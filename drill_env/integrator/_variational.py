@@ -5,18 +5,18 @@ state, two by the external torques, then one per parameter of `drill_env.paramet
 """
 
 from drill_env._jit import kernel, store_number, unit
-from drill_env.dynamics._kernels import fill_jacobian, fill_parameter_rates
-from drill_env.friction._kernels import shares
-from drill_env.integrator._records import (
+from drill_env.dynamics.kernels import fill_jacobian, fill_parameter_rates
+from drill_env.friction.kernels import shares
+from drill_env.integrator._voltage_piece import voltage_at
+from drill_env.integrator.records import (
     FIRST_PARAMETER,
     LOAD_L,
     LOAD_U,
     N_COLUMNS,
     N_STATE,
 )
-from drill_env.integrator._signatures import FILL
-from drill_env.integrator._voltage_piece import voltage_at
-from drill_env.parameters._record import N_PARAMETERS
+from drill_env.integrator.signatures import FILL
+from drill_env.parameters.record import N_PARAMETERS
 
 
 @kernel

@@ -3,10 +3,10 @@
 from math import inf
 
 from drill_env._jit import address_of, entry
-from drill_env.integrator._advance import DONE, LOG_FULL, advance
-from drill_env.integrator._modes import start_mode
-from drill_env.integrator._records import N_STATE
-from drill_env.integrator._signatures import call_change
+from drill_env.integrator.advance import DONE, LOG_FULL, advance
+from drill_env.integrator.modes import start_mode
+from drill_env.integrator.records import N_STATE
+from drill_env.integrator.signatures import call_change
 
 # Of `start_with_effects`: modes anew, the inner states as given.
 _MODES = 1

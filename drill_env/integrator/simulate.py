@@ -11,9 +11,9 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray, Method, VoltageFunction
 from drill_env.friction import negative_range
-from drill_env.integrator._advance import LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS, advance
-from drill_env.integrator._prepared import Prepared
-from drill_env.integrator._records import (
+from drill_env.integrator.advance import LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS, advance
+from drill_env.integrator.prepared import Prepared
+from drill_env.integrator.records import (
     EVENT,
     LOAD_L,
     LOAD_U,
@@ -23,7 +23,7 @@ from drill_env.integrator._records import (
     STEPS_PER_PERIOD,
     new_work,
 )
-from drill_env.integrator._tableau import METHODS
+from drill_env.integrator.tableau import METHODS
 from drill_env.integrator.trajectory import Events, Trajectory
 from drill_env.integrator.voltage import Voltage, as_voltage
 from drill_env.parameters import Rig

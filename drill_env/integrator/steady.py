@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.integrator._effects import rates_along, rates_with_effects
-from drill_env.integrator._prepared import Prepared
-from drill_env.integrator._records import RUN, new_work
+from drill_env.integrator.acting import rates_along, rates_with_effects
+from drill_env.integrator.prepared import Prepared
+from drill_env.integrator.records import RUN, new_work
 from drill_env.parameters import Rig
 
 

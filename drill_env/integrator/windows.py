@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drill_env._types import FloatArray, IntArray
-from drill_env.effects._signal import RESTING
 from drill_env.effects.along import Motion, inner_states, reading_errors
 from drill_env.effects.declared import Declared
-from drill_env.integrator._effects import start_with_effects
-from drill_env.integrator._prepared import Prepared
-from drill_env.integrator._records import EVENT, N_STATE, RUN, STEPS_PER_PERIOD, new_work
+from drill_env.effects.signal import RESTING
 from drill_env.integrator._windows import run_windows
+from drill_env.integrator.acting import start_with_effects
+from drill_env.integrator.prepared import Prepared
+from drill_env.integrator.records import EVENT, N_STATE, RUN, STEPS_PER_PERIOD, new_work
 from drill_env.parameters import Rig
 
 # A window of a sensible rig takes some hundreds.

@@ -12,7 +12,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FrictionLaw
-from drill_env.parameters._record import LAWS, NAMES, PARAMETERS
+from drill_env.parameters.record import LAWS, NAMES, PARAMETERS
 
 
 def _symbol(unit: str, source: str, meaning: str) -> dict[str, str]:

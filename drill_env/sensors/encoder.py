@@ -10,7 +10,7 @@ from scipy.signal import butter
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.sensors._kernels import filter_series, lose_counts, start_filter
+from drill_env.sensors.kernels import filter_series, lose_counts, start_filter
 
 
 @dataclass(frozen=True, slots=True)

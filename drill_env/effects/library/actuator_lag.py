@@ -1,7 +1,7 @@
 """The motor's torque follows the voltage with a lag."""
 
 from drill_env.effects._effect import Effect, shape
-from drill_env.effects._signal import at_start, response
+from drill_env.effects.signal import at_start, response
 
 
 @response

@@ -1,7 +1,7 @@
 """The amplifier delivers no more than a limit."""
 
 from drill_env.effects._effect import Effect, shape
-from drill_env.effects._signal import clipped, response
+from drill_env.effects.signal import clipped, response
 
 
 @response

@@ -1,7 +1,7 @@
 """The motor gives less torque where it brakes."""
 
 from drill_env.effects._effect import Effect, amplitude
-from drill_env.effects._signal import branch, response
+from drill_env.effects.signal import branch, response
 
 
 @response

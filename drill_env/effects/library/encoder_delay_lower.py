@@ -1,7 +1,7 @@
 """The lower encoder reports late."""
 
 from drill_env.effects._effect import Effect, shape
-from drill_env.effects._signal import response
+from drill_env.effects.signal import response
 
 
 @response

@@ -1,7 +1,7 @@
 """The brake's friction drifts (it dries)."""
 
 from drill_env.effects._effect import Effect, amplitude
-from drill_env.effects._signal import response
+from drill_env.effects.signal import response
 
 
 @response

@@ -1,7 +1,7 @@
 """The brake's friction changes at one moment."""
 
 from drill_env.effects._effect import Effect, amplitude, shape
-from drill_env.effects._signal import branch, response
+from drill_env.effects.signal import branch, response
 
 
 @response

@@ -2,7 +2,7 @@
 
 from drill_env.effects._drive import DAMPING, FRICTION_SHARE, MOTOR_SHARE, drive_through, wind
 from drill_env.effects._effect import Effect, shape
-from drill_env.effects._signal import response
+from drill_env.effects.signal import response
 
 
 @response

@@ -1,7 +1,7 @@
 """The upper bearing rubs harder under the string's torque."""
 
 from drill_env.effects._effect import Effect, amplitude
-from drill_env.effects._signal import response, size_of
+from drill_env.effects.signal import response, size_of
 
 
 @response

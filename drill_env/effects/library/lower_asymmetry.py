@@ -1,7 +1,7 @@
 """The brake rubs harder in one direction."""
 
 from drill_env.effects._effect import Effect, amplitude
-from drill_env.effects._signal import response
+from drill_env.effects.signal import response
 
 
 @response

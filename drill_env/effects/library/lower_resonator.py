@@ -2,7 +2,7 @@
 
 from drill_env.effects._effect import Effect
 from drill_env.effects._resonator import NUMBERS, swing
-from drill_env.effects._signal import response
+from drill_env.effects.signal import response
 
 
 @response

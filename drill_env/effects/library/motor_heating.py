@@ -1,7 +1,7 @@
 """The motor loses torque as it warms."""
 
 from drill_env.effects._effect import Effect, amplitude, shape
-from drill_env.effects._signal import response
+from drill_env.effects.signal import response
 
 
 @response

@@ -3,7 +3,7 @@
 from numpy import log
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
-from drill_env.effects._signal import response
+from drill_env.effects.signal import response
 
 # Share of `speed` at which steady contact stops growing older.
 _AT_REST = 0.05

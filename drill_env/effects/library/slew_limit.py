@@ -1,7 +1,7 @@
 """The amplifier changes its voltage no faster than a limit."""
 
 from drill_env.effects._effect import Effect, shape
-from drill_env.effects._signal import at_start, response
+from drill_env.effects.signal import at_start, response
 
 # So near, in V, it has arrived.
 _REACHED = 1e-9

@@ -1,7 +1,7 @@
 """The string is stiffer in one direction."""
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude
-from drill_env.effects._signal import response, size_of
+from drill_env.effects.signal import response, size_of
 
 
 @response

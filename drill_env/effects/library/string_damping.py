@@ -1,7 +1,7 @@
 """The string has damping of its own."""
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude
-from drill_env.effects._signal import response
+from drill_env.effects.signal import response
 
 
 @response

@@ -1,7 +1,7 @@
 """The string's torque depends on its past (Bouc-Wen)."""
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
-from drill_env.effects._signal import response, size_of
+from drill_env.effects.signal import response, size_of
 
 
 @response

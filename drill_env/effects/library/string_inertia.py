@@ -3,7 +3,7 @@
 from math import pi
 
 from drill_env.effects._effect import Effect, shape
-from drill_env.effects._signal import response
+from drill_env.effects.signal import response
 
 
 @response

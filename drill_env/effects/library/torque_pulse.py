@@ -1,7 +1,7 @@
 """Something struck the lower disc at one moment."""
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
-from drill_env.effects._signal import branch, response
+from drill_env.effects.signal import branch, response
 
 
 @response

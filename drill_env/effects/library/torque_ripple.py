@@ -3,7 +3,7 @@
 from numpy import cos
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, phase, shape
-from drill_env.effects._signal import response
+from drill_env.effects.signal import response
 
 
 @response

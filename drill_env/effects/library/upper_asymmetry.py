@@ -1,7 +1,7 @@
 """The upper disc is damped more in one direction than in the other."""
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude
-from drill_env.effects._signal import response
+from drill_env.effects.signal import response
 
 
 @response

@@ -1,7 +1,7 @@
 """The upper disc's Coulomb friction follows a reversal late."""
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
-from drill_env.effects._signal import RESTING, branch, response
+from drill_env.effects.signal import RESTING, branch, response
 
 
 @response

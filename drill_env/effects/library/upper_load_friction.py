@@ -1,7 +1,7 @@
 """The axis rubs harder under the torque of its drive."""
 
 from drill_env.effects._effect import Effect, amplitude
-from drill_env.effects._signal import response, size_of
+from drill_env.effects.signal import response, size_of
 
 
 @response

@@ -1,7 +1,7 @@
 """A constant torque acts on the upper disc, or its Coulomb friction differs with direction."""
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude
-from drill_env.effects._signal import response
+from drill_env.effects.signal import response
 
 
 @response

@@ -1,7 +1,7 @@
 """The upper disc yields elastically before it slides (Dahl)."""
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
-from drill_env.effects._signal import RESTING, response
+from drill_env.effects.signal import RESTING, response
 
 
 @response

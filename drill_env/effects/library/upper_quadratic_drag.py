@@ -1,7 +1,7 @@
 """The upper disc meets a drag that grows with the square of its speed."""
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude
-from drill_env.effects._signal import response
+from drill_env.effects.signal import response
 
 
 @response

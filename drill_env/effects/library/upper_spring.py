@@ -1,7 +1,7 @@
 """A spring, a cable or a hose pulls the upper disc back."""
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
-from drill_env.effects._signal import response
+from drill_env.effects.signal import response
 
 
 @response

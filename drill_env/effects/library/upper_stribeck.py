@@ -3,7 +3,7 @@
 from numpy import exp
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
-from drill_env.effects._signal import response
+from drill_env.effects.signal import response
 
 
 @response

@@ -1,7 +1,7 @@
 """Near a critical speed the string whirls, and its orbit drags."""
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
-from drill_env.effects._signal import response
+from drill_env.effects.signal import response
 
 
 @response

@@ -5,7 +5,7 @@ from numba import from_dtype, types
 from numba.core.typing.templates import signature
 
 from drill_env._jit import caller, inlined, unit
-from drill_env.parameters._record import PARAMETERS
+from drill_env.parameters.record import PARAMETERS
 
 SIGNAL = np.dtype(
     [

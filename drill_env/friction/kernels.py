@@ -8,7 +8,7 @@ zero before the event is located.
 from math import exp, inf
 
 from drill_env._jit import entry, inlined, kernel
-from drill_env.parameters._record import BETA1, BETA2, BL, HUMPED, STRIBECK, T1, T2, TSL
+from drill_env.parameters.record import BETA1, BETA2, BL, HUMPED, STRIBECK, T1, T2, TSL
 
 
 @inlined

@@ -7,7 +7,7 @@ Mode: (upper, lower) slip directions -1, 0 (stuck), 1, and the speed range of th
 """
 
 from drill_env._jit import entry, inlined, kernel
-from drill_env.friction._kernels import (
+from drill_env.friction.kernels import (
     gradient_of,
     lower_slope,
     shares,
@@ -15,7 +15,7 @@ from drill_env.friction._kernels import (
     slope_of,
     upper_sliding,
 )
-from drill_env.parameters._record import (
+from drill_env.parameters.record import (
     BU,
     DBU,
     DTSU,

@@ -1,7 +1,7 @@
 """Compiled errors of the encoders along samples of a motion."""
 
 from drill_env._jit import entry, kernel
-from drill_env.effects._signal import respond
+from drill_env.effects.signal import respond
 
 
 @kernel

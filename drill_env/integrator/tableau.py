@@ -7,15 +7,8 @@ from numpy.polynomial import polynomial as poly
 from scipy import integrate
 
 from drill_env._types import FloatArray
-from drill_env.integrator._advance import run_pieces
 from drill_env.integrator._bs23 import bs23_sensitivity
 from drill_env.integrator._dopri5_variational import dopri5_sensitivity
-from drill_env.integrator._effects import (
-    change_with_effects,
-    gap_with_effects,
-    rates_with_effects,
-    stage_with_effects,
-)
 from drill_env.integrator._pairs import (
     bs23_fill,
     bs23_step,
@@ -24,8 +17,15 @@ from drill_env.integrator._pairs import (
     dopri5_fill,
     dopri5_step,
 )
-from drill_env.integrator._records import BS23, DOP853, DOPRI5, MAX_STAGES, TABLEAU
 from drill_env.integrator._variational import step_sensitivity
+from drill_env.integrator.acting import (
+    change_with_effects,
+    gap_with_effects,
+    rates_with_effects,
+    stage_with_effects,
+)
+from drill_env.integrator.advance import run_pieces
+from drill_env.integrator.records import BS23, DOP853, DOPRI5, MAX_STAGES, TABLEAU
 
 
 def _dop853_dense() -> FloatArray:

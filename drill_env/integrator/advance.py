@@ -15,12 +15,12 @@ from drill_env._jit import (
     unit,
 )
 from drill_env.integrator._events import LOWER, LOWER_LAW, first_event
-from drill_env.integrator._modes import MAXIMUM, MINIMUM, change, note, overdue
-from drill_env.integrator._records import N_STATE
-from drill_env.integrator._signatures import ADVANCE, call_advance, call_fill, call_step
 from drill_env.integrator._step import dense_at, fill_rates, inner_at
 from drill_env.integrator._variational import copy_sensitivity
 from drill_env.integrator._voltage_piece import load_piece, voltage_at
+from drill_env.integrator.modes import MAXIMUM, MINIMUM, change, note, overdue
+from drill_env.integrator.records import N_STATE
+from drill_env.integrator.signatures import ADVANCE, call_advance, call_fill, call_step
 
 DONE, LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS = 0, 1, 2, 3
 

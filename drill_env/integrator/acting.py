@@ -6,13 +6,13 @@ it as a disc's stick or slip does.
 """
 
 from drill_env._jit import entry, kernel, placed, unit
-from drill_env.dynamics._kernels import clamp_event
-from drill_env.effects._signal import ENTRY, respond
-from drill_env.friction._kernels import lower_sliding, upper_sliding
-from drill_env.integrator._records import SPARE
-from drill_env.integrator._signatures import CHANGE, GAP, RATES, STAGE, call_rates
+from drill_env.dynamics.kernels import clamp_event
+from drill_env.effects.signal import ENTRY, respond
+from drill_env.friction.kernels import lower_sliding, upper_sliding
 from drill_env.integrator._step import dense_at, inner_at
 from drill_env.integrator._voltage_piece import past_voltage_at, voltage_at, voltage_slope
+from drill_env.integrator.records import SPARE
+from drill_env.integrator.signatures import CHANGE, GAP, RATES, STAGE, call_rates
 
 entry_at = placed(ENTRY)
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from drill_env._types import FloatArray, IntArray
-from drill_env.effects._readings import errors_at
-from drill_env.effects._signal import PORTS, RESTING, SIGNAL
 from drill_env.effects.declared import Declared, declared
+from drill_env.effects.readings import errors_at
+from drill_env.effects.signal import PORTS, RESTING, SIGNAL
 from drill_env.friction import kernel_record
-from drill_env.integrator._effects import start_with_effects
-from drill_env.integrator._modes import start_any, start_mode
-from drill_env.integrator._tableau import tableau
+from drill_env.integrator.acting import start_with_effects
+from drill_env.integrator.modes import start_any, start_mode
+from drill_env.integrator.tableau import tableau
 from drill_env.integrator.voltage import Voltage, with_past
 from drill_env.parameters import Rig
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from drill_env.effects._signal import MOST_BRANCHES, MOST_INNER, PORTS, SIGNAL
-from drill_env.parameters._record import N_PARAMETERS
+from drill_env.effects.signal import MOST_BRANCHES, MOST_INNER, PORTS, SIGNAL
+from drill_env.parameters.record import N_PARAMETERS
 
 N_STATE = 4
 # Columns of the sensitivities: by the initial state, the external torques, the parameters.

@@ -32,8 +32,8 @@ from drill_env.environment.config import (
     check_setpoint,
 )
 from drill_env.friction import kernel_record
-from drill_env.friction._kernels import fill_clamp
-from drill_env.integrator._tableau import tableau
+from drill_env.friction.kernels import fill_clamp
+from drill_env.integrator.tableau import tableau
 from drill_env.parameters import Rig, uncertainty
 from drill_env.parameters.uncertainty import perturb_record
 

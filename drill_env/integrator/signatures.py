@@ -4,8 +4,8 @@ from numba import float64, from_dtype, int64, types
 from numba.core.typing.templates import signature
 
 from drill_env._jit import caller
-from drill_env.integrator._records import RUN, TABLEAU, WORK
-from drill_env.parameters._record import PARAMETERS
+from drill_env.integrator.records import RUN, TABLEAU, WORK
+from drill_env.parameters.record import PARAMETERS
 
 _RECORDS = tuple(from_dtype(kind) for kind in (PARAMETERS, RUN, WORK, TABLEAU))
 

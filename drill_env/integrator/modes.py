@@ -1,15 +1,15 @@
 """Compiled slip/stick transitions: which mode follows which."""
 
 from drill_env._jit import entry, inlined, kernel, placed
-from drill_env.dynamics._kernels import (
+from drill_env.dynamics.kernels import (
     lower_margin,
     lower_rate,
     upper_margin,
     upper_rate,
 )
 from drill_env.integrator._events import LOWER, LOWER_LAW, UPPER
-from drill_env.integrator._records import EVENT, N_STATE
-from drill_env.integrator._signatures import call_change
+from drill_env.integrator.records import EVENT, N_STATE
+from drill_env.integrator.signatures import call_change
 
 STICK, SLIP, REVERSAL, MAXIMUM, MINIMUM, CLAMP = 0, 1, 2, 3, 4, 5
 # Whose event it is, if neither a disc's nor the lower law's.
