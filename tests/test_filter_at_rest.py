@@ -11,7 +11,7 @@ import pytest
 from benchmarks.concealed.fields import PAPER, plant_record
 from benchmarks.concealed.signals import signal
 from drill_env import Rig
-from drill_env.diagnosis import extended, within
+from drill_env.diagnosis import extended, joint, within
 from drill_env.diagnosis.at_rest import best_at_rest
 from drill_env.diagnosis.extended import evaluate, whitened
 from drill_env.diagnosis.fit import Fit, Setting
@@ -200,3 +200,11 @@ def test_a_point_without_slopes_has_no_likelihood(monkeypatch):
     monkeypatch.setattr(extended, "whitened", broken)
     there = evaluate(setting, base.vector, (), base.noise, base.starts, base.motions)
     assert there.value == math.inf
+
+
+def test_a_fit_stays_where_the_filter_breaks_down_along_its_own_motion(monkeypatch):
+    setting, base = setting_of(played("gear_compliance"))
+    monkeypatch.setattr(
+        joint, "with_new_motions", lambda setting, fit: replace(fit, value=math.inf)
+    )
+    assert joint.polished(setting, base) is base

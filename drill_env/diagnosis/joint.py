@@ -243,8 +243,11 @@ def polished(setting: Setting, fit: Fit) -> Fit:
     rounds, enough = _SHAPE_ROUNDS if shaped else (LAST_ROUNDS, _ENOUGH)
     for _ in range(3):
         before = fit.value
-        fit = with_new_motions(setting, fit)
-        fit = descend_jointly(setting, fit, limit=rounds, enough=enough, only=None)
+        there = with_new_motions(setting, fit)
+        if not math.isfinite(there.value):
+            # Along the motion that it tells itself the filter breaks down: it stays where it was.
+            break
+        fit = descend_jointly(setting, there, limit=rounds, enough=enough, only=None)
         if abs(before - fit.value) < 5.0:
             break
     return fit
