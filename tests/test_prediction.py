@@ -15,8 +15,10 @@ from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.effects.along import Motion
 from drill_env.integrator import sampled_voltage, simulate
 from drill_env.integrator.windows import Windows
-from drill_env.prediction.compare import row_of, standard_error, weighed
+from drill_env.prediction.compare import row_of, row_of_gains, standard_error, weighed
+from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.likelihood import log_density, scales
+from drill_env.prediction.rule import Entrant, chosen
 from drill_env.recordings import Recording
 
 BARE = Plant(**{**PENDULUM.__dict__, "weight": 0.0})
@@ -143,3 +145,41 @@ def test_too_short_a_recording_is_refused_with_what_to_do():
     short = run_of(Case(BARE, volts=1.6, rate=200.0), 7).part(0, 60)
     with pytest.raises(InputError, match="record longer"):
         diagnose_by_prediction([short], BARE.rig(), [short], QUICK)
+
+
+def entrant(name: str, per_window: float, *, named: bool, component: str = "upper") -> Entrant:
+    scatter = 0.1 * np.random.default_rng(0).standard_normal(40)
+    row = row_of_gains(name, 1, per_window + scatter)
+    return Entrant(name, component, "omega_u", named, False, True, row)
+
+
+def test_a_shape_that_a_name_stands_for_is_no_rival_of_it():
+    """The right name, with nine tenths of a free shape's gain, had a probability of 1e-20."""
+    entrants = [
+        entrant("upper_quadratic_drag", 9.0, named=True),
+        entrant("upper_stribeck", 8.9, named=True),
+        entrant("upper_torque_of_omega_u", 10.0, named=False),
+    ]
+    choice = chosen(entrants, Criteria())
+    assert choice.chosen is not None and choice.chosen.id == "upper_quadratic_drag"
+    assert choice.share == pytest.approx(0.9, abs=0.01)
+    # Against the other name, 4 nats behind, it is weighed as it was.
+    assert choice.grades.law == pytest.approx(1.0 / (1.0 + np.exp(-4.0)), abs=0.01)
+    assert choice.weights["upper_torque_of_omega_u"] == 0.0
+    # A shape elsewhere remains one.
+    far = chosen([*entrants, entrant("string_shape", 9.01, named=False, component="string")],
+                 Criteria())  # fmt: skip
+    assert far.grades.component < 0.7
+    assert far.grades.law == pytest.approx(far.weights["upper_quadratic_drag"])
+
+
+def test_names_far_behind_a_shape_are_still_told_apart():
+    """Their shares of the whole are below what a number can hold."""
+    entrants = [
+        entrant("upper_stribeck", 85.0, named=True),
+        entrant("upper_quadratic_drag", 90.0, named=True),
+        entrant("upper_torque_of_omega_u", 110.0, named=False),
+    ]
+    choice = chosen(entrants, Criteria())
+    assert choice.chosen is not None and choice.chosen.id == "upper_quadratic_drag"
+    assert choice.grades.law == pytest.approx(1.0)

@@ -95,25 +95,40 @@ def chosen(entrants: Sequence[Entrant], criteria: Criteria) -> Choice:
     there = [*names, *shapes]
     if not there:
         return Choice(None, 1.0, NO_GRADES, {})
-    odds = [criteria.common if e.common else 1.0 for e in there]
-    chances = weighed([e.row for e in there], odds).tolist()
-    there = [replace(e, row=replace(e.row, weight=w)) for e, w in zip(there, chances, strict=True)]
-    name = _most_plausible([e for e in there if e.named])
-    shape = max((e for e in there if not e.named), key=lambda e: e.row.gain, default=None)
+    name = _most_plausible(_weighed(names, criteria))
+    shape = max(shapes, key=lambda e: e.row.gain, default=None)
     taken, share = name or shape, 1.0
     if name is not None and shape is not None:
         share = min(name.row.gain / shape.row.gain, 1.0)
         if share < criteria.share and _ahead(shape.row, name.row, criteria):
             taken = shape
     assert taken is not None
-    weights = {e.id: e.row.weight for e in there}
-    return Choice(taken, share, _grades(taken, there), weights)
+    # A shape that the name stands for is its own curve, and no rival of it.
+    rivals = [e for e in there if e.named or not taken.named or not _covers(taken, e, criteria)]
+    rivals = _weighed(rivals, criteria)
+    taken = next(e for e in rivals if e.id == taken.id)
+    weights = dict.fromkeys((e.id for e in there), 0.0) | {e.id: e.row.weight for e in rivals}
+    return Choice(taken, share, _grades(taken, rivals), weights)
+
+
+def _weighed(entrants: Sequence[Entrant], criteria: Criteria) -> list[Entrant]:
+    """Candidates with their probabilities among each other."""
+    odds = [criteria.common if e.common else 1.0 for e in entrants]
+    chances = weighed([e.row for e in entrants], odds).tolist()
+    pairs = zip(entrants, chances, strict=True)
+    return [replace(e, row=replace(e.row, weight=weight)) for e, weight in pairs]
+
+
+def _covers(name: Entrant, shape: Entrant, criteria: Criteria) -> bool:
+    """Whether a name explains nearly all of what a free shape of its component does."""
+    same = name.component == shape.component
+    return same and name.row.gain >= criteria.share * shape.row.gain
 
 
 def _stands_for(name: Entrant, shapes: Sequence[Entrant], criteria: Criteria) -> bool:
-    """Whether a name explains nearly all of what a free shape of its component does."""
-    there = [e.row.gain for e in shapes if e.component == name.component]
-    return bool(there) and name.row.gain >= criteria.share * max(there)
+    """Whether there are shapes at a name's component, and it covers all of them."""
+    there = [e for e in shapes if e.component == name.component]
+    return bool(there) and all(_covers(name, e, criteria) for e in there)
 
 
 def _ahead(one: Row, other: Row, criteria: Criteria) -> bool:
