@@ -208,3 +208,18 @@ def test_a_fit_stays_where_the_filter_breaks_down_along_its_own_motion(monkeypat
         joint, "with_new_motions", lambda setting, fit: replace(fit, value=math.inf)
     )
     assert joint.polished(setting, base) is base
+
+
+def test_a_step_never_ends_where_there_are_no_slopes(monkeypatch):
+    """The value was one, the slopes were none: the descent went on from nothing."""
+    setting, base = setting_of(played("gear_compliance"))
+    whole = extended.whitened
+
+    def broken(*given):
+        return np.full_like(whole(*given), math.nan)
+
+    noise = replace(base.noise, torque_u=1.01 * base.noise.torque_u)
+    monkeypatch.setattr(joint, "value_at", lambda *point: -math.inf)
+    monkeypatch.setattr(extended, "whitened", broken)
+    assert joint._with_noise(setting, base, noise) is base
+    assert joint._further(setting, base, base) is base

@@ -159,7 +159,11 @@ def _further(setting: Setting, here: Fit, there: Fit) -> Fit:
         if not found < value:
             break
         best, value, share = point, found, 2.0 * share + 1.0
-    return there if best is None else evaluate(setting, *best)
+    if best is None:
+        return there
+    # The slopes there may be none though the value is one.
+    further = evaluate(setting, *best)
+    return further if further.value < there.value else there
 
 
 def better_noise(setting: Setting, here: Fit, only: Sequence[int] | None) -> NoiseModel:
@@ -230,7 +234,8 @@ def _with_noise(setting: Setting, here: Fit, noise: NoiseModel) -> Fit:
         model = NoiseModel.from_vector(old + step)
         point = (here.vector, here.terms, model, here.starts, here.motions)
         if value_at(setting, *point) < here.value:
-            return evaluate(setting, *point)
+            there = evaluate(setting, *point)
+            return there if there.value < here.value else here
         step = 0.5 * step
         if float(np.abs(step).max()) < _STILL:
             break
