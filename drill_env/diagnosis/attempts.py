@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.joint import SIZES, TORQUES, descend_jointly
+from drill_env.diagnosis.joint import SIZES, descend_jointly
 from drill_env.diagnosis.moves import added, with_new_motions
 from drill_env.diagnosis.resonance import resonates, retuned
 from drill_env.diagnosis.rounds import NEEDED, Attempt, Round, is_named
@@ -24,13 +23,11 @@ FIRST_ROUNDS = 2
 _HEATS = ((4, 0.3, 6, False), (6, 0.4, 3, True), (6, 0.5, 3, True))
 # Gain of a round that is worth another one; share of what a candidate would have to gain in each
 # round that may come yet to be the best, below which it is not.
-_ENOUGH, _HOPE = 2.0, 0.5
+_ENOUGH, HOPE = 2.0, 0.5
 # A hopeless candidate that gained less than this rests.
 _MOVES = 1.0
 # Resonances are retuned if they gain this share of the best one.
 _HOPEFUL_RESONANCE = 0.5
-# Logarithm of a correlation time over the usual one from which on candidates get their own.
-_UNUSUAL = 0.3
 # How many names are begun again with the usual noise then, if they gain this share of the best
 # one, and for how many rounds; and by which factor they must gain to be begun once more.
 _TIGHT, _TIGHT_HOPE, _TIGHT_ROUNDS, _MOVED = 2, 0.1, 10, 1.1
@@ -38,7 +35,7 @@ _TIGHT, _TIGHT_HOPE, _TIGHT_ROUNDS, _MOVED = 2, 0.1, 10, 1.1
 
 def carried_on(
     setting: Setting, fit: Fit, start: Fit, rounds: int, *, anew: bool = False,
-    enough: float = _ENOUGH,
+    enough: float = _ENOUGH, only: Sequence[int] = SIZES,
 ) -> Attempt:  # fmt: skip
     """A candidate descended for so many rounds.
 
@@ -49,26 +46,11 @@ def carried_on(
         rounds: most rounds.
         anew: whether motions are told anew with the candidate in place.
         enough: gain of a round below which it ends.
+        only: places of the noise's numbers that follow.
     """
     begin = with_new_motions(setting, start) if anew else start
-    only = TORQUES if rounds > FIRST_ROUNDS and unusual(fit.noise) else SIZES
     done = descend_jointly(setting, begin, limit=rounds, enough=enough, only=only)
     return attempted(fit, start if done.value > start.value else done)
-
-
-def unusual(noise: NoiseModel) -> bool:
-    """Whether a torque is so slow or fast that it may be what is missing, not noise."""
-    return bool(_usual_where_unusual(noise))
-
-
-def _usual_where_unusual(noise: NoiseModel) -> dict[str, float]:
-    """Usual sizes and correlation times of the torques that are slow or fast."""
-    usual, found = NoiseModel(), {}
-    for disc in ("u", "l"):
-        size, time = f"torque_{disc}", f"tau_{disc}"
-        if abs(math.log(getattr(noise, time) / getattr(usual, time))) > _UNUSUAL:
-            found |= {name: getattr(usual, name) for name in (size, time)}
-    return found
 
 
 def attempted(before: Fit, fit: Fit) -> Attempt:
@@ -76,8 +58,10 @@ def attempted(before: Fit, fit: Fit) -> Attempt:
     return Attempt(fit, fit.terms[-1], before.value - fit.value, before.bic - fit.bic)
 
 
-def heated(setting: Setting, fit: Fit, done: list[Attempt]) -> list[Attempt]:
-    """More rounds for the more hopeful ones, the best first."""
+def heated(
+    setting: Setting, fit: Fit, done: list[Attempt], only: Sequence[int]
+) -> list[Attempt]:
+    """More rounds for the more hopeful ones, the best first; `only` as in `carried_on`."""
     resting: set[str] = set()
     for heat, (rounds, hope, most, anew) in enumerate(_HEATS):
         left = sum(rounds for rounds, *_ in _HEATS[heat:])
@@ -86,7 +70,9 @@ def heated(setting: Setting, fit: Fit, done: list[Attempt]) -> list[Attempt]:
         for i, a in enumerate(done[:most]):
             if a.gain > least and a.term.id not in resting:
                 enough = worth_a_round(behind(a, done), left)
-                after = carried_on(setting, fit, a.fit, rounds, anew=anew, enough=enough)
+                after = carried_on(
+                    setting, fit, a.fit, rounds, anew=anew, enough=enough, only=only
+                )
                 done[i] = after
                 if after.criterion < NEEDED and after.gain < a.gain + _MOVES:
                     resting.add(a.term.id)
@@ -109,7 +95,7 @@ def confused_with(done: Sequence[Attempt], effects: Sequence[Effect]) -> list[Ef
 
 def worth_a_round(behind: float, left: int) -> float:
     """Gain of a round below which a candidate ends that is behind and has so many rounds left."""
-    return max(_ENOUGH, _HOPE * behind / left)
+    return max(_ENOUGH, HOPE * behind / left)
 
 
 def behind(attempt: Attempt, done: Sequence[Attempt]) -> float:
@@ -128,14 +114,16 @@ def with_resonances_retuned(setting: Setting, fit: Fit, done: list[Attempt]) -> 
     return sorted(done, key=lambda a: -a.gain)
 
 
-def tightened(setting: Setting, fit: Fit, done: Sequence[Attempt]) -> list[Attempt]:
-    """The most hopeful names begun again with the usual noise.
+def tightened(
+    setting: Setting, fit: Fit, done: Sequence[Attempt], usual: Mapping[str, float]
+) -> list[Attempt]:
+    """The most hopeful names begun again with the usual noise where theirs is not, as it is named.
 
     A torque that is slow and large follows what is missing, and holds no number in its place: a
     descent ends anywhere. Under little noise all numbers are told, from far away too.
     """
     again = []
-    noise = replace(fit.noise, **_usual_where_unusual(fit.noise))
+    noise = replace(fit.noise, **usual)
     names = [a for a in done if is_named(a.term)][:_TIGHT]
     for attempt in [a for a in names if a.gain >= _TIGHT_HOPE * names[0].gain]:
         first = _begun_again(setting, fit, attempt, noise)

@@ -18,7 +18,6 @@ from drill_env.diagnosis.attempts import (
     heated,
     restated,
     tightened,
-    unusual,
     with_resonances_retuned,
 )
 from drill_env.diagnosis.clock import cleaned, with_uncertain_times
@@ -28,7 +27,7 @@ from drill_env.diagnosis.faults import clock_jitter
 from drill_env.diagnosis.first_look import first_look
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.ground import ground_at
-from drill_env.diagnosis.joint import descend_jointly, polished
+from drill_env.diagnosis.joint import SIZES, TORQUES, descend_jointly, polished
 from drill_env.diagnosis.moves import own_values, with_new_motions
 from drill_env.diagnosis.rounds import (
     BELIEVED,
@@ -48,6 +47,7 @@ from drill_env.diagnosis.slips import broken_counts, slips
 from drill_env.diagnosis.strikes import Strike, faint, named_strikes, score_strikes
 from drill_env.diagnosis.terms import Shape
 from drill_env.diagnosis.waves import Wave, free_waves, score_waves
+from drill_env.diagnosis.unusual import unusual
 from drill_env.diagnosis.within import within_filter
 from drill_env.effects import Effect
 from drill_env.identification.coordinates import Coordinates
@@ -107,7 +107,8 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     others = [effect for effect in effects if effect.id not in present]
     # Slopes tell little of these; where much is missing the likelihood itself is asked.
     peaked = [effect for effect in others if has_peaks(effect)]
-    scored = [e for e in others if e not in peaked] if unusual(fit.noise) else others
+    usual = unusual(setting, fit)
+    scored = [e for e in others if e not in peaked] if usual else others
     named = score_effects(ground, scored)
     shapes = score_shapes(ground, free_shapes(fit.motions))
     price = np.log(fit.count)
@@ -119,21 +120,22 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     wide, wide_shapes = _LATER_WIDTHS if fit.terms else _WIDTHS
     struck = named_strikes(ground, strikes, effects)
     likely = (*named[:wide], *shapes[:wide_shapes], *waves, *strikes, *struck)
-    least = _least(fit)
+    least = _least(fit, not usual)
     hopeful = [s for s in likely if s.gain - s.own - s.numbers * price > least]
     hopeful += [Scored(term, gain) for term, gain in lost if gain - len(term.q) * price > 0.0]
     done: list[Attempt] = []
     for start in _starts(setting, fit, hopeful):
         report(f"trying {start.terms[-1].id}")
         done.append(carried_on(setting, fit, start, FIRST_ROUNDS))
-    done = heated(setting, fit, done)
-    for effect in peaked if _left_unusual(fit, done) else confused_with(done, peaked):
+    done = heated(setting, fit, done, TORQUES if usual else SIZES)
+    for effect in peaked if _left_unusual(setting, fit, done) else confused_with(done, peaked):
         report(f"trying {effect.id}")
-        done.append(descended(ground, effect, done))
+        found = descended(ground, effect, done)
+        done += [found] if found else []
     done = with_resonances_retuned(setting, fit, done)
-    if _left_unusual(fit, done):
+    if usual and _left_unusual(setting, fit, done):
         report("trying with the usual noise")
-        done = sorted([*done, *tightened(setting, fit, done)], key=lambda a: -a.gain)
+        done = sorted([*done, *tightened(setting, fit, done, usual)], key=lambda a: -a.gain)
     done = [a for a in best_of_each(done) if not faint(a.term, a.gain)]
     done = [a for a in done if not broken_counts(a.term, setting.samples)]
     return Round(
@@ -143,17 +145,17 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     )  # fmt: skip
 
 
-def _left_unusual(fit: Fit, done: Sequence[Attempt]) -> bool:
+def _left_unusual(setting: Setting, fit: Fit, done: Sequence[Attempt]) -> bool:
     """Whether what is missing still poses as noise beside the best name."""
     best = max((a for a in done if is_named(a.term)), key=lambda a: a.criterion, default=None)
-    return unusual(fit.noise if best is None else best.fit.noise)
+    return bool(unusual(setting, fit if best is None else best.fit))
 
 
-def _least(fit: Fit) -> float:
+def _least(fit: Fit, usual: bool) -> float:
     """The least criterion by score that is worth a look."""
     if not fit.terms:
         return _WORTH
-    return _WORTH_BESIDE if unusual(fit.noise) else _WORTH_BESIDE_IF_USUAL
+    return _WORTH_BESIDE_IF_USUAL if usual else _WORTH_BESIDE
 
 
 def _starts(setting: Setting, fit: Fit, hopeful: Sequence[Scored]) -> list[Fit]:

@@ -7,20 +7,24 @@ numbers, and the highest one may show only after the rig has followed: descents 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.at_rest import alone
-from drill_env.diagnosis.attempts import attempted, behind, worth_a_round
+from drill_env.diagnosis.attempts import HOPE, attempted, behind, worth_a_round
+from drill_env.diagnosis.extended import value_at
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.grids import grid_of
 from drill_env.diagnosis.ground import Ground
 from drill_env.diagnosis.joint import descend_jointly
 from drill_env.diagnosis.moves import added, gain_of, own_values
-from drill_env.diagnosis.rounds import Attempt
+from drill_env.diagnosis.rounds import Attempt, is_named
 from drill_env.diagnosis.terms import Named, Term
+from drill_env.diagnosis.within import moved_in
 from drill_env.effects import Effect
 
 # Peaks at which descents begin, and rounds of the one that goes on.
@@ -34,28 +38,51 @@ def has_peaks(effect: Effect) -> bool:
     return len(effect.parameters) > 1 and all(p.role != "amplitude" for p in effect.parameters)
 
 
-def descended(ground: Ground, effect: Effect, done: Sequence[Attempt]) -> Attempt:
+def descended(ground: Ground, effect: Effect, done: Sequence[Attempt]) -> Attempt | None:
     """The best attempt with such an effect from the highest peaks.
 
-    The rig follows for one round at each peak; where that leads highest the descent goes on, for as
-    long as it may still become the best attempt.
+    The recording that is explained worst is asked alone first: the rig follows for one round at
+    each peak, and where that leads highest the descent goes on. All recordings are asked where it
+    explains that one about as well as the best name does.
 
     Args:
         ground: where it joins.
         effect: it.
         done: attempts with others.
+
+    Returns:
+        None where it explains that recording far worse than the best name.
     """
     setting, fit, source = ground.setting, ground.fit, Named(effect)
     points = [source.bounded(q) for q in grid_of(effect, ground)]
-    # The recording that is explained worst tells the peaks.
     worst = max(range(len(ground.known)), key=lambda i: float(np.mean(ground.known[i].white ** 2)))
-    gains = _gains(*alone(setting, fit, worst), source, points)
-    starts = [added(setting, fit, Term(source, q)) for q in _peaks(points, gains)]
-    starts = [descend_jointly(setting, s, limit=1, enough=1.0, only=None) for s in starts]
-    best = attempted(fit, min(starts, key=lambda there: there.value))
-    enough = worth_a_round(behind(best, done), _ROUNDS)
-    there = descend_jointly(setting, best.fit, limit=_ROUNDS, enough=enough, only=None)
-    return attempted(fit, there)
+    one = alone(setting, fit, worst)
+    own = value_at(one[0], fit.vector, fit.terms, fit.noise, one[1].starts, one[1].motions)
+    best = _best_value(one[0], done, worst)
+    starts = [added(*one, Term(source, q)) for q in _peaks(points, _gains(*one, source, points))]
+    starts = [descend_jointly(one[0], s, limit=1, enough=1.0, only=None) for s in starts]
+    first = min(starts, key=lambda there: there.value)
+    enough = worth_a_round(max(first.value - best, 0.0), _ROUNDS)
+    first = descend_jointly(one[0], first, limit=_ROUNDS, enough=enough, only=None)
+    inside = moved_in(one[0], first)
+    if inside is not first:
+        # Along a motion that knows the future a gear may follow anything.
+        first = descend_jointly(one[0], inside, limit=_ROUNDS, enough=enough, only=None)
+    if own - first.value < HOPE * (own - best):
+        return None
+    # With the noise of the rig alone: that of one recording may be far too small for another.
+    start = added(setting, replace(fit, vector=first.vector), first.terms[-1])
+    enough = worth_a_round(behind(attempted(fit, start), done), _ROUNDS)
+    return attempted(fit, descend_jointly(setting, start, limit=_ROUNDS, enough=enough, only=None))
+
+
+def _best_value(setting: Setting, done: Sequence[Attempt], place: int) -> float:
+    """Least value of one recording under the names that were tried; none is infinite."""
+    values = [math.inf]
+    for attempt in (a for a in done if is_named(a.term)):
+        at, own = attempt.fit, ((attempt.fit.starts[place],), (attempt.fit.motions[place],))
+        values.append(value_at(setting, at.vector, at.terms, at.noise, *own))
+    return min(values)
 
 
 def _gains(setting: Setting, fit: Fit, source: Named, points: Sequence[FloatArray]) -> list[float]:

@@ -31,17 +31,22 @@ def within_filter(setting: Setting, fit: Fit, report: Callable[[str], None]) -> 
         fit: what the search came to.
         report: told what is being done.
     """
-    terms = tuple(_moved_in(term) for term in fit.terms)
-    if not any(at_rest(term) for term in terms):
-        return fit
-    if any(at_rest(a) != at_rest(b) for a, b in zip(terms, fit.terms, strict=True)):
-        report("fitting within the filter")
-        inside = evaluate(setting, fit.vector, terms, fit.noise, fit.starts, fit.motions)
+    inside = moved_in(setting, fit)
+    if inside is not fit:
         if not math.isfinite(inside.value):
             # The filter breaks down with the numbers that the motion told: these are all there is.
             return fit
+        report("fitting within the filter")
         fit = polished(setting, probed(setting, inside))
-    return probed(setting, fit)
+    return probed(setting, fit) if any(at_rest(term) for term in fit.terms) else fit
+
+
+def moved_in(setting: Setting, fit: Fit) -> Fit:
+    """The same numbers with such effects at the filter's own state; the fit itself without one."""
+    terms = tuple(_moved_in(term) for term in fit.terms)
+    if all(at_rest(a) == at_rest(b) for a, b in zip(terms, fit.terms, strict=True)):
+        return fit
+    return evaluate(setting, fit.vector, terms, fit.noise, fit.starts, fit.motions)
 
 
 def probed(setting: Setting, fit: Fit) -> Fit:
