@@ -162,6 +162,10 @@ def gear_eccentricity(q: dict[str, Any], s: Sums, v: View) -> None:
     s.volts += v.u * q["eccentricity"] * cos(v.angle_u + q["phase"])
 
 
+def commutation_ripple(q: dict[str, Any], s: Sums, v: View) -> None:
+    s.volts += v.u * q["depth"] * cos(q["order"] * v.angle_u + q["phase"])
+
+
 def upper_coulomb(q: dict[str, Any], s: Sums, v: View) -> None:
     s.size_u += q["torque"]
 
@@ -265,7 +269,7 @@ FORMULAS: dict[str, Callable[[dict[str, Any], Sums, View], None]] = {
         lower_disturbance, upper_disturbance, string_damping, string_hardening, unbalance,
         upper_unbalance, brake_runout, lower_asymmetry, friction_drift, whirl_drag,
         dwell_stiction, drive_braking_loss, motor_fade, upper_load_friction, upper_spring,
-        friction_settling,
+        friction_settling, commutation_ripple,
     )
 }  # fmt: skip
 

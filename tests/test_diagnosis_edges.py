@@ -21,9 +21,10 @@ from drill_env.cli.main import app
 from drill_env.diagnosis.attempts import restated
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.diagnose import diagnose
-from drill_env.diagnosis.held_out import judge, noise_floor
+from drill_env.diagnosis.held_out import judge
 from drill_env.diagnosis.locate import label_of, locate
 from drill_env.diagnosis.next_experiment import _confused
+from drill_env.diagnosis.noise_floor import errors_by_noise, noise_floor
 from drill_env.diagnosis.offered import free_parameters
 from drill_env.diagnosis.options import OUTSIDE, DiagnosisOptions
 from drill_env.diagnosis.probability import rivals
@@ -186,7 +187,8 @@ def test_noise_of_torque_passes_a_drive_that_is_at_its_limit():
         setting, base = base_fit([prepare(run, Rig())], Rig(), ["km"])
         fit = replace(base, terms=terms, noise=replace(base.noise, torque_u=0.05, torque_l=1e-3))
         judged = judge(setting.samples[0], setting, fit)
-        floors.append(noise_floor(setting.samples, fit, [judged])["short"]["theta_u"])
+        drawn = errors_by_noise(setting.samples, fit, [judged])
+        floors.append(noise_floor(drawn, fit.noise, judged.channels)["short"]["theta_u"])
     assert floors[0] == pytest.approx(floors[1], rel=0.1)
 
 

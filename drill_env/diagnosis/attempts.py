@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -21,9 +22,8 @@ FIRST_ROUNDS = 2
 # Rounds more for candidates whose gain is not below this share of the best one's, and how many.
 # The last ones get motions that are told anew with the candidate in place.
 _HEATS = ((4, 0.3, 6, False), (6, 0.4, 3, True), (6, 0.5, 3, True))
-# Gain of a round that is worth another one; share of what a candidate would have to gain in each
-# round that may come yet to be the best, below which it is not.
-_ENOUGH, HOPE = 2.0, 0.5
+# Gain of a round that is worth another one.
+_ENOUGH = 2.0
 # A hopeless candidate that gained less than this rests.
 _MOVES = 1.0
 # Resonances are retuned if they gain this share of the best one.
@@ -35,7 +35,7 @@ _TIGHT, _TIGHT_HOPE, _TIGHT_ROUNDS, _MOVED = 2, 0.1, 10, 1.1
 
 def carried_on(
     setting: Setting, fit: Fit, start: Fit, rounds: int, *, anew: bool = False,
-    enough: float = _ENOUGH, only: Sequence[int] = SIZES,
+    only: Sequence[int] = SIZES, goal: float = math.inf, later: int = 0,
 ) -> Attempt:  # fmt: skip
     """A candidate descended for so many rounds.
 
@@ -45,11 +45,14 @@ def carried_on(
         start: with it.
         rounds: most rounds.
         anew: whether motions are told anew with the candidate in place.
-        enough: gain of a round below which it ends.
         only: places of the noise's numbers that follow.
+        goal: value of another one, see `descend_jointly`.
+        later: rounds that may come after these.
     """
     begin = with_new_motions(setting, start) if anew else start
-    done = descend_jointly(setting, begin, limit=rounds, enough=enough, only=only)
+    done = descend_jointly(
+        setting, begin, limit=rounds, enough=_ENOUGH, only=only, goal=goal, later=later
+    )
     return attempted(fit, start if done.value > start.value else done)
 
 
@@ -58,21 +61,19 @@ def attempted(before: Fit, fit: Fit) -> Attempt:
     return Attempt(fit, fit.terms[-1], before.value - fit.value, before.bic - fit.bic)
 
 
-def heated(
-    setting: Setting, fit: Fit, done: list[Attempt], only: Sequence[int]
-) -> list[Attempt]:
+def heated(setting: Setting, fit: Fit, done: list[Attempt], only: Sequence[int]) -> list[Attempt]:
     """More rounds for the more hopeful ones, the best first; `only` as in `carried_on`."""
     resting: set[str] = set()
     for heat, (rounds, hope, most, anew) in enumerate(_HEATS):
-        left = sum(rounds for rounds, *_ in _HEATS[heat:])
+        later = sum(rounds for rounds, *_ in _HEATS[heat + 1 :])
         done.sort(key=lambda a: -a.gain)
         least = max(hope * done[0].gain, 5.0) if done else 0.0
         for i, a in enumerate(done[:most]):
             if a.gain > least and a.term.id not in resting:
-                enough = worth_a_round(behind(a, done), left)
                 after = carried_on(
-                    setting, fit, a.fit, rounds, anew=anew, enough=enough, only=only
-                )
+                    setting, fit, a.fit, rounds, anew=anew, only=only,
+                    goal=goal_of(fit, a, done), later=later,
+                )  # fmt: skip
                 done[i] = after
                 if after.criterion < NEEDED and after.gain < a.gain + _MOVES:
                     resting.add(a.term.id)
@@ -93,15 +94,10 @@ def confused_with(done: Sequence[Attempt], effects: Sequence[Effect]) -> list[Ef
     ]
 
 
-def worth_a_round(behind: float, left: int) -> float:
-    """Gain of a round below which a candidate ends that is behind and has so many rounds left."""
-    return max(_ENOUGH, HOPE * behind / left)
-
-
-def behind(attempt: Attempt, done: Sequence[Attempt]) -> float:
-    """By how much others of its sort gain more: names among names, shapes among all."""
+def goal_of(fit: Fit, attempt: Attempt, done: Sequence[Attempt]) -> float:
+    """Value of the best of its sort: names race names, shapes race all."""
     rivals = [a.gain for a in done if is_named(a.term) or not is_named(attempt.term)]
-    return max(max(rivals, default=0.0) - attempt.gain, 0.0)
+    return fit.value - max(rivals, default=-math.inf)
 
 
 def with_resonances_retuned(setting: Setting, fit: Fit, done: list[Attempt]) -> list[Attempt]:
@@ -137,7 +133,9 @@ def _begun_again(setting: Setting, fit: Fit, attempt: Attempt, noise: NoiseModel
     """A candidate descended from where its numbers join the rig, under another noise."""
     here = added(setting, fit, attempt.term)
     start = evaluate(setting, here.vector, here.terms, noise, here.starts, here.motions)
-    there = descend_jointly(setting, start, limit=_TIGHT_ROUNDS, enough=_ENOUGH, only=None)
+    there = descend_jointly(
+        setting, start, limit=_TIGHT_ROUNDS, enough=_ENOUGH, only=None, goal=attempt.fit.value
+    )
     return attempted(fit, there)
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.clock import cleaned
+from drill_env.diagnosis.explained import explained_share
 from drill_env.diagnosis.intervals import significant
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.result import (
@@ -158,11 +160,16 @@ def _result(
     spread = covariance(after)
     kept = [c for c in choices if c.chosen is not None and not c.remainder]
     named = [c for c in kept if c.named]
-    effects = [_effect(c, after, i, spread) for i, c in enumerate(kept) if c.named]
+    errors = _fit(before, after, fold, leads)
+    share = _explained(errors["prediction"]) if named else 1.0
+    effects_of = [c.chosen.candidate.effect for c in named if c.chosen is not None]
+    common = any(e is not None and e.common for e in effects_of)
+    stands = common or share >= fold.setting.criteria.share
+    effects = [_effect(c, after, i, spread) for i, c in enumerate(kept) if c.named and stands]
     last = kept[-1] if kept and not kept[-1].named else None
     changed = _changes(after, spread)
     verdict: Verdict = "consistent"
-    if last is not None:
+    if last is not None or not stands:
         verdict = "unexplained"
     elif named:
         verdict = "missing_physics"
@@ -172,12 +179,12 @@ def _result(
     shape = _shape(last.chosen, after) if last is not None and last.chosen is not None else None
     result = DiagnosisResult(
         verdict, None if first is None else _located(first), effects, _alternatives(first), shape,
-        changed, _fit(before, after, fold, leads), {}, _far_off(after), [], None,
+        changed, errors | ({} if stands else {"explained": share}), {}, _far_off(after), [], None,
         {
             "fit": [c.samples.recording.source for c in fold.setting.cuts],
             "holdout": [c.samples.recording.source for c in fold.unseen],
         },
-        _grades(first), [_predictions(c) for c in choices],
+        _grades(first, stands), [_predictions(c) for c in choices],
     )  # fmt: skip
     return replace(result, sentences=sentences_by_prediction(result))
 
@@ -257,13 +264,22 @@ def _shape(chosen: Tried, after: Fit) -> FoundShape:
     )  # fmt: skip
 
 
-def _grades(first: Choice | None) -> Grade | None:
+def _explained(errors: Mapping[str, Any]) -> float:
+    """Share of the squared error at the longest lead that is gone; what noise gives is not told."""
+    each = [e for name, e in errors.items() if name != "leads_s"]
+    first, last = (sum(e[key][-1] ** 2 for e in each) for key in ("before_rms", "after_rms"))
+    return explained_share(first, last)
+
+
+def _grades(first: Choice | None, stands: bool) -> Grade | None:
     if first is None or first.chosen is None:
         return None
     candidate, grades = first.chosen.candidate, first.grades
+    if not stands:
+        grades = replace(grades, law=0.0)
     return Grade(
         candidate.component, min(grades.component, 1.0), candidate.depends_on,
-        min(grades.depends_on, 1.0), candidate.id if first.named else "",
+        min(grades.depends_on, 1.0), candidate.id if first.named and stands else "",
         min(grades.law, 1.0) if first.named else 0.0, first.share,
     )  # fmt: skip
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from drill_env.diagnosis.attempts import worth_a_round
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.joint import descend_jointly, polished
@@ -13,7 +12,7 @@ from drill_env.diagnosis.rounds import NEEDED, Round
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Named, Term
 
-_TRY_ROUNDS, _RIVAL_ROUNDS = 6, 10
+_TRY_ROUNDS, _RIVAL_ROUNDS, _ENOUGH = 6, 10, 2.0
 # Of the round in which a term was found, tried again beside what was found later.
 _RIVALS = 3
 
@@ -43,8 +42,8 @@ def contest(setting: Setting, fit: Fit, rounds: Sequence[Round]) -> Fit:
         best = fit
         for rival in rivals:
             start = added(setting, fewer, rival.term)
-            enough = worth_a_round(start.bic - best.bic, _RIVAL_ROUNDS)
-            tried = descend_jointly(setting, start, limit=_RIVAL_ROUNDS, enough=enough)
+            goal = best.bic - start.bic + start.value
+            tried = descend_jointly(setting, start, limit=_RIVAL_ROUNDS, enough=_ENOUGH, goal=goal)
             if tried.bic < best.bic:
                 best = tried
         if best is not fit:

@@ -14,6 +14,7 @@ from drill_env.diagnosis.by_prediction import PredictionDiagnosis, diagnose_by_p
 from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.evidence import Weighed, decided
+from drill_env.diagnosis.explained import that_explain
 from drill_env.diagnosis.faults import Fault, find_faults
 from drill_env.diagnosis.fit import Fit
 from drill_env.diagnosis.held_out import (
@@ -21,7 +22,6 @@ from drill_env.diagnosis.held_out import (
     Judged,
     judge,
     judged_channels,
-    noise_floor,
     rms,
 )
 from drill_env.diagnosis.intervals import changes, significant
@@ -30,6 +30,7 @@ from drill_env.diagnosis.left_over import with_remainder
 from drill_env.diagnosis.locate import describe, locate
 from drill_env.diagnosis.named import named_effects
 from drill_env.diagnosis.next_experiment import next_experiment
+from drill_env.diagnosis.noise_floor import errors_by_noise, noise_floor
 from drill_env.diagnosis.offered import free_parameters, is_parameter, offered_effects
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.predicted import with_predictions
@@ -183,7 +184,7 @@ def _diagnose(
             samples, rig, found, library, options.most, report, options.doubt, options.fixed
         )
     report("judging held-out recordings")
-    law, found, held, before, after, table = _held_out(found, law, held)
+    law, found, held, before, after, table = _held_out(found, law, held, options.seed)
     base = law.before if law else found.base
     faults = [f for f in find_faults(found.setting, found.final) if f.id not in options.leave_out]
     result = _result(found, base, rig, law, faults, before, after, held, options)
@@ -195,7 +196,7 @@ def _diagnose(
 
 
 def _held_out(
-    plain: Found, law: LawFit | None, held: Sequence[Samples]
+    plain: Found, law: LawFit | None, held: Sequence[Samples], seed: int
 ) -> tuple[
     LawFit | None, Found, list[Samples], tuple[Judged, ...], tuple[Judged, ...], Weighed | None
 ]:
@@ -211,10 +212,15 @@ def _held_out(
     before = tuple(judge(s, setting, base) for s in ready)
     after = tuple(judge(s, found.setting, found.final) for s in ready)
     if law and _far_further(before, after):
-        return _held_out(plain, None, held)
+        return _held_out(plain, None, held, seed)
+    if ready and found.final.terms:
+        drawn = errors_by_noise(ready, found.final, after, seed)
+        found = that_explain(found, before, after, drawn, Criteria())
+        if found.explained < Criteria().share:
+            after = tuple(judge(s, found.setting, found.final) for s in ready)
     found = with_remainder(found, setting, base, law is not None, before, after)
     if law and found.untold is not None:
-        return _held_out(plain, None, held)
+        return _held_out(plain, None, held, seed)
     return law, found, ready, before, after, table
 
 
@@ -320,6 +326,8 @@ def _fit(
             "needed": BELIEVED,
         }
     }
+    if found.explained < 1.0:
+        out["explained"] = found.explained
     if found.remainder is not None:
         left = zip(("upper", "lower"), found.remainder.sizes, found.remainder.shares, strict=True)
         out["remainder"] = {
@@ -327,7 +335,8 @@ def _fit(
         }
     if not held:
         return out
-    floor = noise_floor(held, found.final, after, seed)
+    drawn = errors_by_noise(held, found.final, after, seed)
+    floor = noise_floor(drawn, found.final.noise, judged_channels(held[0]))
     for key, which in (("holdout", "free"), ("five_second_prediction", "short")):
         out[key] = {
             name: {

@@ -176,7 +176,8 @@ class _Judge:
         z = gain / error if scatter else math.copysign(math.inf, gain)
         error = error if scatter else 0.0
         row = Row(attempt.term.id, gain, error, z, (told, unseen), len(attempt.term.q), each)
-        return row, unseen > -self.criteria.gain
+        # What scatter may do is no contradiction.
+        return row, unseen > -max(self.criteria.gain, self.criteria.z * error)
 
     def climbed(self, found: Found, taken: Attempt, table: Weighed) -> Fit:
         """The name that was taken with what stands beside it."""

@@ -33,7 +33,7 @@ def grid_of(effect: Effect, ground: Ground) -> list[FloatArray]:
             disc = 0 if effect.equation == "upper" else 1
             values = tuple(sorted({*values, *_frequencies(ground, disc)}))
         if p.name == "order" and len(p.grid) > 4:
-            values = tuple(sorted({*values, *_orders(ground, p)}))
+            values = tuple(sorted({*values, *_orders(ground, p, effect)}))
         if p.name == "level":
             # A limit just below the highest voltage clips little, and little else shows it.
             top = max(float(np.abs(k.motion.u).max()) for k in ground.known)
@@ -75,16 +75,24 @@ def _frequencies(ground: Ground, disc: int) -> list[float]:
     return [f + d / (longest * interval) for f in found for d in (-0.25, 0.0, 0.25)]
 
 
-def _orders(ground: Ground, p: EffectParameter) -> list[float]:
-    """Orders in theta_u at which a torque on the upper disc would explain most."""
+def _orders(ground: Ground, p: EffectParameter, effect: Effect) -> list[float]:
+    """Orders in theta_u at which a torque on the upper disc would explain most.
+
+    A share of the drive acts by the voltage.
+    """
+    share = any(other.role == "amplitude" and other.unit == "1" for other in effect.parameters)
+    pulls = [
+        pull[:, 0] * (known.motion.u if share else 1.0)
+        for pull, known in zip(ground.pull, ground.known, strict=True)
+    ]
     lowest, highest = p.grid[0], min(1.5 * p.grid[-1], _BINS / 4.0)
     spans = [_turned(known) for known in ground.known]
     longest = max(float(np.ptp(angle)) for angle in spans) + 1.0
     size = int(2 ** np.ceil(np.log2(2.0 * longest * _BINS / (2.0 * np.pi))))
     total = np.zeros(size // 2 + 1)
-    for pull, angle in zip(ground.pull, spans, strict=True):
+    for pull, angle in zip(pulls, spans, strict=True):
         place = np.floor((angle - angle.min()) * _BINS / (2.0 * np.pi)).astype(np.int64)
-        binned = np.bincount(place, weights=pull[:, 0], minlength=size)[:size]
+        binned = np.bincount(place, weights=pull, minlength=size)[:size]
         total += np.abs(np.fft.rfft(binned)) ** 2
     order = np.arange(len(total)) * _BINS / size
     wide = max(int(0.02 * len(total)), 5)

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
@@ -17,7 +16,6 @@ from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.terms import with_terms
 from drill_env.effects.along import Motion, inner_states
 from drill_env.effects.steady import acting as acting_rig
-from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_of_recording import settled_starts
 from drill_env.identification.prediction_error import Path, path_of
 from drill_env.identification.samples import Samples
@@ -30,9 +28,6 @@ from drill_env.parameters import Rig
 from drill_env.recordings import Channel
 
 HORIZON = 5.0
-_SENSORS = {
-    "theta_u": "encoder_u", "theta_l": "encoder_l", "omega_u": "speed_u", "omega_l": "speed_l",
-}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,7 +77,7 @@ def judge(samples: Samples, setting: Setting, fit: Fit) -> Judged:
     smooth = smoothed(given, fit.noise, path)
     states = smooth.states
     rows = samples.restarts
-    spans = np.unique(np.concatenate([rows, _rows_each(samples, HORIZON)])).astype(np.int64)
+    spans = np.unique(np.concatenate([rows, rows_each(samples, HORIZON)])).astype(np.int64)
     rig, offset = extended_rig(fit.rig, fit.terms), offset_of(given, states)
     free = _run_from(samples, rig, motion, offset, rows)
     short = _run_from(samples, rig, motion, offset, spans)
@@ -117,7 +112,8 @@ def followed(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Samp
     return motion, given, path
 
 
-def _rows_each(samples: Samples, seconds: float) -> IntArray:
+def rows_each(samples: Samples, seconds: float) -> IntArray:
+    """Rows that begin a span of so many seconds, ascending."""
     ends = [*samples.restarts[1:].tolist(), len(samples.t)]
     rows = []
     for a, b in zip(samples.restarts.tolist(), ends, strict=True):
@@ -140,7 +136,7 @@ def _run_from(
             continue
         try:
             fresh = None if a in samples.restarts else inner
-            out[a:stop] = _chosen(*resume(rig, motion, slice(a, stop), fresh), channels)
+            out[a:stop] = as_read(*resume(rig, motion, slice(a, stop), fresh), channels)
         except (InputError, RuntimeError):
             return np.full_like(out, math.inf)
         if channels[0] == "theta_u":
@@ -160,7 +156,7 @@ def offset_of(samples: Samples, states: FloatArray) -> FloatArray:
     return out
 
 
-def _run(rig: Rig, t: FloatArray, u: FloatArray, start: FloatArray) -> Trajectory:
+def run_from_start(rig: Rig, t: FloatArray, u: FloatArray, start: FloatArray) -> Trajectory:
     """A run from the start of some rows, whose effects count time as the rows do."""
     return simulate(
         rig, Voltage(t, u[:-1, None]), float(t[-1] - t[0]), t_start=float(t[0]), t_eval=t,
@@ -168,7 +164,7 @@ def _run(rig: Rig, t: FloatArray, u: FloatArray, start: FloatArray) -> Trajector
     )  # fmt: skip
 
 
-def _chosen(
+def as_read(
     states: FloatArray, angles: FloatArray, channels: tuple[Channel, Channel]
 ) -> FloatArray:
     """Angles as they are read, or velocities where those are judged, shape (n, 2)."""
@@ -188,75 +184,3 @@ def rms(judged: Sequence[Judged], which: str, disc: int) -> float:
         return math.nan
     with np.errstate(over="ignore"):
         return float(np.sqrt(np.mean(errors**2)))
-
-
-def noise_floor(
-    samples: Sequence[Samples], fit: Fit, judged: Sequence[Judged], seed: int = 0
-) -> dict[str, dict[str, float]]:
-    """Errors (rad, rad/s) that the noise alone gives to free runs and 5 s predictions.
-
-    The fitted rig is simulated with and without one drawn torque noise; what differs, with the
-    sensors' noise, is the floor.
-    """
-    channels = judged_channels(samples[0])
-    rng = np.random.default_rng(seed)
-    extended = extended_rig(fit.rig, fit.terms)
-    gaps: dict[str, list[FloatArray]] = {"free": [], "short": []}
-    for given, j in zip(samples, judged, strict=True):
-        torque = _drawn(given, fit.noise, rng)
-        spans = np.unique(np.concatenate([given.restarts, _rows_each(given, HORIZON)]))
-        for which, rows in (("free", given.restarts), ("short", spans)):
-            gaps[which].append(_shaken(given, extended, torque, j.motion, rows))
-    out: dict[str, dict[str, float]] = {}
-    for which, parts in gaps.items():
-        both = np.concatenate(parts)
-        sensor = [getattr(fit.noise, _SENSORS[name]) for name in channels]
-        size = np.full(2, math.nan)
-        for disc in range(2):
-            known = both[np.isfinite(both[:, disc]), disc]
-            if len(known):
-                size[disc] = math.sqrt(float(np.mean(known**2)) + sensor[disc] ** 2)
-        out[which] = dict(zip(channels, size.tolist(), strict=True))
-    return out
-
-
-def _drawn(samples: Samples, noise: NoiseModel, rng: np.random.Generator) -> FloatArray:
-    """One draw of the coloured torques, Nm, shape (n, 2)."""
-    n, dt = len(samples.t), samples.recording.interval
-    torque = np.zeros((n, 2))
-    pairs = ((noise.torque_u, noise.tau_u), (noise.torque_l, noise.tau_l))
-    for disc, (size, tau) in enumerate(pairs):
-        decay = math.exp(-dt / tau)
-        shocks = rng.normal(0.0, size * math.sqrt(1.0 - decay**2), n)
-        shocks[0] = rng.normal(0.0, size)
-        torque[:, disc] = lfilter([1.0], [1.0, -decay], shocks)
-    return torque
-
-
-def _shaken(
-    samples: Samples, rig: Rig, torque: FloatArray, motion: Motion, rows: IntArray
-) -> FloatArray:
-    """What drawn torques do to runs that begin anew at each of some rows, shape (n, 2)."""
-    channels = judged_channels(samples)
-    # A drive with a fault of its own would not pass on noise of the voltage.
-    tables = [
-        {
-            "id": "table", "component": disc, "depends_on": "time", "sort": "torque",
-            "knots": samples.t.tolist(), "values": torque[:, place].tolist(),
-        }
-        for place, disc in enumerate(("upper", "lower"))
-    ]  # fmt: skip
-    shaken = rig.replace(effects=(*rig.effects, *tables))
-    out = np.full((len(samples.t), 2), math.nan)
-    for a, b in zip(rows.tolist(), [*rows[1:].tolist(), len(samples.t)], strict=True):
-        part, start = slice(a, b), motion.states[a, :4]
-        if b - a < 2:
-            continue
-        t, u = samples.t[part], samples.u[part]
-        try:
-            quiet, moved = (_run(r, t, u, start) for r in (rig, shaken))
-            out[part] = _chosen(moved.state, moved.readings, channels)
-            out[part] -= _chosen(quiet.state, quiet.readings, channels)
-        except (InputError, RuntimeError):
-            continue
-    return out

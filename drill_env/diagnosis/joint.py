@@ -45,6 +45,9 @@ _PROMISE = 0.2
 # on and on while it cancels what the rig's own parameters do, and they it.
 _ENOUGH, _SHAPE_ROUNDS = 0.5, (5, 2.0)
 
+HOPE = 0.5
+"""Share of what each round to come must gain on average below which a goal will not be reached."""
+
 # Change of the logarithms of a noise model that counts as none.
 _STILL = 0.03
 
@@ -197,8 +200,9 @@ def _moved(one: NoiseModel, other: NoiseModel) -> float:
 
 
 def descend_jointly(
-    setting: Setting, start: Fit, *, limit: int, enough: float, only: Sequence[int] | None = SIZES
-) -> Fit:
+    setting: Setting, start: Fit, *, limit: int, enough: float,
+    only: Sequence[int] | None = SIZES, goal: float = math.inf, later: int = 0,
+) -> Fit:  # fmt: skip
     """Alternate joint steps and noise steps until neither gains.
 
     Args:
@@ -207,9 +211,11 @@ def descend_jointly(
         limit: most rounds.
         enough: gain of a round (of minus twice the log likelihood) below which it ends.
         only: places of the noise's numbers that follow; None for all.
+        goal: value that another one has: it ends early where that will not be reached.
+        later: rounds that may come after these.
     """
     here, damping, settled, least = start, 1e-4, False, _PROMISE * enough
-    for _ in range(limit):
+    for left in range(limit + later - 1, later - 1, -1):
         before = here.value
         # A noise that hardly moved may rest for a round.
         noise = here.noise if settled else better_noise(setting, here, only)
@@ -219,7 +225,7 @@ def descend_jointly(
             here = _with_noise(setting, here, noise)
             there, damping = joint_step(setting, here, min(damping, 1.0), least=least)
         here = there
-        if before - here.value < enough:
+        if before - here.value < max(enough, HOPE * (here.value - goal) / max(left, 1)):
             break
     return here
 

@@ -42,7 +42,8 @@ def with_remainder(
     latents = _latents(found.setting, found.final, after)
     left = remainder_of(latents)
     found = replace(found, remainder=left)
-    if max(left.shares) < PREDICTABLE or found.refuted is not None:
+    contradicted = found.refuted is not None and found.explained == 1.0
+    if max(left.shares) < PREDICTABLE or contradicted:
         return found
     if law:
         alone = remainder_of(_latents(setting, base, before))

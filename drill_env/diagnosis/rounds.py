@@ -87,7 +87,8 @@ class Found:
         base: the rig alone, fitted.
         rounds: one for each effect that was looked for.
         final: the fit with all that is believed in.
-        refuted: a fit with names that were given up for what they leave over, if any.
+        refuted: a fit with names that were given back, if any.
+        explained: share of the error of unseen predictions that what was found takes away.
         remainder: how much of what the final fit leaves over the motion predicts.
         untold: the shape of that where nothing that was found accounts for it.
     """
@@ -97,6 +98,7 @@ class Found:
     rounds: tuple[Round, ...]
     final: Fit
     refuted: Fit | None = None
+    explained: float = 1.0
     remainder: Remainder | None = None
     untold: Term | None = None
 

@@ -46,8 +46,8 @@ from drill_env.diagnosis.sizeless import descended, has_peaks
 from drill_env.diagnosis.slips import broken_counts, slips
 from drill_env.diagnosis.strikes import Strike, faint, named_strikes, score_strikes
 from drill_env.diagnosis.terms import Shape
-from drill_env.diagnosis.waves import Wave, free_waves, score_waves
 from drill_env.diagnosis.unusual import unusual
+from drill_env.diagnosis.waves import Wave, free_waves, score_waves
 from drill_env.diagnosis.within import within_filter
 from drill_env.effects import Effect
 from drill_env.identification.coordinates import Coordinates

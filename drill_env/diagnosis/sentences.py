@@ -40,7 +40,8 @@ def sentences(
             f"No effect of the library explains {what}; its shape over {shape.coordinate} is "
             f"{shape.formula} (this formula explains {shape.r2:.0%} of the shape)."
         )
-    if result.verdict == "unexplained" and result.shape is None:
+    contradicted = result.verdict == "unexplained" and "explained" not in result.fit
+    if contradicted and result.shape is None:
         lines.append(
             "Names and shapes that the fitted recordings ask for make held-out ones less likely."
         )
@@ -129,10 +130,12 @@ def _left_over(result: DiagnosisResult) -> list[str]:
 
 
 def _confusion(result: DiagnosisResult, given_up: Sequence[str]) -> list[str]:
+    share = result.fit.get("explained", 1.0)
+    why = "held-out recordings contradict it"
+    if share < 1.0:
+        why = f"with it unseen 5 s predictions lose only {share:.0%} of their squared error"
     lines = [
-        f"{a.id} was rejected as its name: held-out recordings contradict it."
-        for a in result.alternatives
-        if a.id in given_up
+        f"{a.id} was rejected as its name: {why}." for a in result.alternatives if a.id in given_up
     ]
     rivals = [a for a in result.alternatives if a.id not in given_up]
     rivals.sort(key=lambda a: -a.probability)
@@ -187,6 +190,12 @@ def sentences_by_prediction(result: DiagnosisResult) -> list[str]:
         lines.append(
             f"No effect of the library explains {what} as well as a free function of "
             f"{result.shape.coordinate}; its curve is in the report."
+        )
+    share = result.fit.get("explained")
+    if share is not None:
+        lines.append(
+            f"What comes nearest takes only {share:.0%} of the squared error of unseen predictions "
+            "away: it stands in for what is missing."
         )
     rivals = [a for a in result.alternatives if a.probability >= CONFUSED]
     if rivals:

@@ -11,7 +11,7 @@ from drill_env.effects.along import Motion
 from drill_env.parameters import Rig
 from drill_env.prediction.candidate import Candidate, Kind, Scales
 
-_KNOTS = 7
+_KNOTS, _TURN_KNOTS = 7, 12
 _TURN = 2.0 * np.pi
 # Where a function of a speed has its knots, in shares of the fastest.
 _SPEEDS = (-1.0, -0.3, -0.05, 0.05, 0.3, 1.0)
@@ -20,8 +20,10 @@ _MOST = 5.0
 # Component, sort and coordinate of each; which disc's recordings scale it.
 _UPPER = (
     ("upper", "torque", "theta_u"), ("upper", "torque", "omega_u"), ("upper", "torque", "time"),
+    ("upper", "friction", "theta_u"), ("upper", "friction", "time"),
+    ("upper", "damping", "theta_u"), ("upper", "damping", "time"),
     ("actuator", "drive", "voltage"), ("actuator", "drive", "omega_u"),
-    ("actuator", "drive", "time"),
+    ("actuator", "drive", "theta_u"), ("actuator", "drive", "time"),
 )  # fmt: skip
 _LOWER = (
     ("lower", "torque", "theta_l"), ("lower", "torque", "omega_l"), ("lower", "torque", "time"),
@@ -76,7 +78,7 @@ def _shape(
             entry["period"] = 2.0 * (high - low)
             knots = np.sort(np.mod(knots, entry["period"]))
         else:
-            knots = np.linspace(0.0, _TURN, _KNOTS + 1)[:-1]
+            knots = np.linspace(0.0, _TURN, _TURN_KNOTS + 1)[:-1]
     if (np.diff(knots) <= 0.0).any():
         return None
     entry["knots"] = knots.tolist()
@@ -86,6 +88,8 @@ def _shape(
 def _made(entry: dict, component: str, sort: str, name: str, scales: Scales) -> Candidate:
     count = len(entry["knots"])
     size = 0.1 if sort == "drive" else 0.1 * scales.torque
+    if sort == "damping":
+        size /= scales.speed
     kinds: tuple[Kind, ...] = ("linear",) * count
     label = f"{component}_{sort}_of_{name.replace(' - ', '_less_')}"
     return Candidate(

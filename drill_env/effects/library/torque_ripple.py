@@ -5,6 +5,12 @@ from numpy import cos
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, phase, shape
 from drill_env.effects.signal import response
 
+ORDERS = (
+    2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 14.0, 15.0, 16.0, 18.0, 20.0, 21.0,
+    22.0, 24.0, 27.0, 28.0, 30.0, 32.0, 33.0, 36.0, 40.0, 44.0, 48.0,
+)  # fmt: skip
+"""Cycles a turn that motors have."""
+
 
 @response
 def torque_ripple(p, e, s, out):
@@ -23,36 +29,7 @@ EFFECT = Effect(
         shape(
             "order",
             "1",
-            (
-                2.0,
-                3.0,
-                4.0,
-                5.0,
-                6.0,
-                7.0,
-                8.0,
-                9.0,
-                10.0,
-                11.0,
-                12.0,
-                14.0,
-                15.0,
-                16.0,
-                18.0,
-                20.0,
-                21.0,
-                22.0,
-                24.0,
-                27.0,
-                28.0,
-                30.0,
-                32.0,
-                33.0,
-                36.0,
-                40.0,
-                44.0,
-                48.0,
-            ),
+            ORDERS,
             low=1.5,
             high=500.0,
             form=0.0,

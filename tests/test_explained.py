@@ -1,0 +1,74 @@
+"""A name that leaves most of the unseen error stands in for something else."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from drill_env.diagnosis.explained import explained_share, that_explain
+from drill_env.diagnosis.rounds import Found
+from drill_env.diagnosis.terms import Named, Term
+from drill_env.effects import LIBRARY
+from drill_env.identification.noise import NoiseModel
+from drill_env.prediction.criteria import Criteria
+
+SENSOR = 1e-4
+
+
+def found_with(*names: str) -> Found:
+    terms = tuple(Term(Named(LIBRARY[n]), np.zeros(0)) for n in names)
+    noise = NoiseModel(encoder_u=SENSOR, encoder_l=SENSOR)
+    final: Any = SimpleNamespace(terms=terms, noise=noise)
+    base: Any = SimpleNamespace(terms=(), noise=noise)
+    setting: Any = None
+    return Found(setting, base, (), final)
+
+
+def judged_with(rms: float) -> Any:
+    error = rms * np.tile([[1.0, -1.0], [-1.0, 1.0]], (50, 1))
+    return SimpleNamespace(
+        short=error, measured=np.zeros_like(error), channels=("theta_u", "theta_l")
+    )
+
+
+def decide(name: str, before: float, after: float, noise: float) -> Found:
+    return that_explain(
+        found_with(name), [judged_with(before)], [judged_with(after)],
+        {"short": [judged_with(noise).short]}, Criteria(),
+    )  # fmt: skip
+
+
+def test_the_share_is_of_what_noise_does_not_give():
+    assert explained_share(10.0, 1.0, 1.0) == 1.0
+    assert explained_share(11.0, 6.0, 1.0) == pytest.approx(0.5)
+    # Hardly more than noise: nothing is told.
+    assert explained_share(1.5, 1.4, 1.0) == 1.0
+    assert explained_share(4.0, 5.0) == pytest.approx(-0.25)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "noise", "stands"),
+    [
+        (1e-2, 1e-3, 1e-3, True),
+        # A fifth of the squared error may stay, and no more.
+        (1e-2, 4.4e-3, 1e-4, True),
+        (1e-2, 4.6e-3, 1e-4, False),
+        # The torques that the fit takes for noise would give far more error than there is.
+        (2e-3, 1.9e-3, 5e-3, False),
+        (2e-3, 2e-4, 5e-3, True),
+    ],
+)
+def test_a_name_stands_by_what_it_takes_away_from_unseen_errors(before, after, noise, stands):
+    found = decide("lower_resonator", before, after, noise)
+    assert bool(found.final.terms) == stands
+    assert found.given_up == (() if stands else ("lower_resonator",))
+    if noise == 5e-3:
+        share = 1.0 - (after**2 - SENSOR**2) / (before**2 - SENSOR**2)
+        assert found.explained == pytest.approx(share)
+
+
+def test_friction_that_most_machines_have_stands_beside_whatever_else_is_missing():
+    assert decide("upper_coulomb", 1e-2, 9e-3, 1e-4).final.terms
