@@ -10,7 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, TypeAlias, cast, get_args
 
-from drill_env._errors import InputError
+from drill_env._errors import InputError, printable
 from drill_env._types import PathLike
 from drill_env.recordings.columns import (
     CHANNELS,
@@ -18,6 +18,7 @@ from drill_env.recordings.columns import (
     UNITS,
     Channel,
     counts_per_turn,
+    listed,
     missing_text,
 )
 from drill_env.recordings.read import Missing, read_recording
@@ -101,7 +102,7 @@ def read_folder(path: PathLike, progress: Callable[[int, int], None] | None = No
             progress(number, len(settings))
     return RecordingSet(
         *(tuple(groups[role]) for role in ROLES),
-        settings=MappingProxyType({str(file): entry for file, entry in settings.items()}),
+        settings=MappingProxyType({printable(file): entry for file, entry in settings.items()}),
     )
 
 
@@ -120,7 +121,7 @@ def _read(file: Path, entry: RecordingSettings) -> Recording:
     if not recording.readings():
         raise InputError(
             f"{file}: neither theta_u nor theta_l, nor a velocity omega_u or omega_l; found: "
-            f"{', '.join(recording.columns)}. Name one under columns in {MANIFEST}"
+            f"{listed(recording.columns)}. Name one under columns in {MANIFEST}"
         )
     return recording
 
