@@ -187,9 +187,7 @@ def _read_mat(path: Path) -> Table:
     return _table(path, *read_apart(path, "mat"))
 
 
-def _table(
-    path: Path, columns: Iterable[tuple[str, Values]], constants: dict[str, float]
-) -> Table:
+def _table(path: Path, columns: Iterable[tuple[str, Values]], constants: dict[str, float]) -> Table:
     columns = list(columns)
     _check_names(path, [name for name, _ in columns])
     return Table(dict(columns), constants)
