@@ -34,7 +34,8 @@ def read_checkpoint(path: Path) -> tuple[int, dict[str, Any]]:
             unpacked = sum(item.file_size for item in archive.infolist())
             if unpacked > MOST_BYTES:
                 raise InputError(
-                    f"--resume: {path} unpacks to {unpacked} bytes; it is no checkpoint"
+                    f"--resume: {path} unpacks to {unpacked} bytes, too many for a checkpoint; "
+                    "start without --resume"
                 )
             steps = json.loads(archive.read("data").decode("utf-8"))["num_timesteps"]
         if type(steps) is not int or not 0 <= steps < 2**63:

@@ -55,7 +55,8 @@ def save_compare_page(
         loader=PackageLoader("drill_env.report", "templates"), autoescape=True
     ).get_template("compare.html")
     text = page.render(
-        plotly=Markup(get_plotlyjs()), data=htmlsafe_json_dumps(_plain(data), separators=(",", ":")),
+        plotly=Markup(get_plotlyjs()),
+        data=htmlsafe_json_dumps(_plain(data), separators=(",", ":")),
         protocol=protocol, tiers=[_tier(order, tier) for tier in ("E", "S")], told=told,
         facts=_facts_table(facts), start=protocol.main_start.replace("_", " "),
     )  # fmt: skip
