@@ -24,10 +24,9 @@ def printable(text: object, most: int = _LONGEST) -> str:
         most: characters that are kept.
     """
     whole = str(text)
-    cut = whole if len(whole) <= most else whole[:most] + "…"
-    if cut.isprintable():
-        return cut
-    return "".join(_printable(c) for c in cut)
+    if not (whole.isprintable() and len(whole) <= most):
+        whole = "".join(_printable(c) for c in whole[: most + 1])
+    return whole if len(whole) <= most else whole[:most] + "…"
 
 
 def _printable(character: str) -> str:

@@ -107,7 +107,7 @@ def read_estimate(folder: Path, content: bytes) -> None:
     assert math.isfinite(load_knowledge(path).noise.torque_u)
 
 
-ESTIMATE = Harness("estimate", mutated((estimate(),), text=True), read_estimate, cost=2)
+ESTIMATE = Harness("estimate", mutated((estimate(),), text=True), read_estimate)
 
 OPTIONS = [item.name for item in dataclasses.fields(EnvConfig)]
 NESTED = (
@@ -129,7 +129,7 @@ def configure(folder: Path, options: dict[Any, Any]) -> None:
 
 CONFIG = Harness(
     "environment",
-    st.dictionaries(st.one_of(st.sampled_from(OPTIONS), KEYS), given_values, max_size=3),
+    st.dictionaries(st.sampled_from([*OPTIONS * 3, *HOSTILE]), given_values, max_size=3),
     configure,
 )
 
@@ -137,18 +137,25 @@ RESETS = ["setpoint", "schedule", "start", "state", "phase", "rig", "delay_s", "
 _ENV: list[DrillStringEnv] = []
 
 
+def make() -> None:
+    """An environment whose compiled parts have all been run."""
+    _ENV[:] = [DrillStringEnv(schedule=((1.0, 2.0), (2.0, 3.0)))]
+    for start in ("limit_cycle", "ring"):
+        reset(Path(), {"start": start})
+
+
 def reset(folder: Path, options: dict[Any, Any]) -> None:
     """Options of `reset`, and a step after them."""
-    if not _ENV:
-        _ENV.append(DrillStringEnv(schedule=((1.0, 2.0), (2.0, 3.0))))
     observation, _ = _ENV[0].reset(seed=1, options=options)
-    # The voltage of an action is checked as the options are.
     observation, reward, *_ = _ENV[0].step(_ENV[0].action_space.low)
     assert math.isfinite(reward) and all(map(math.isfinite, observation.tolist()))
 
 
 RESET = Harness(
-    "reset", st.dictionaries(st.sampled_from(RESETS), given_values, max_size=3), reset, cost=3
+    "reset",
+    st.dictionaries(st.sampled_from(RESETS), given_values, max_size=3),
+    reset,
+    prepare=make,
 )
 
 PIECES = st.one_of(

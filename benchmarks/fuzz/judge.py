@@ -29,13 +29,13 @@ class Harness:
         inputs: strategy of what it is given.
         read: takes a folder for files and one input, reads it, and asserts that what was accepted
             is sane.
-        cost: roughly how many times slower it is than the fastest reader.
+        prepare: what is done once before the clock runs, such as compiling.
     """
 
     name: str
     inputs: st.SearchStrategy[Any]
     read: Callable[[Path, Any], None]
-    cost: int = 1
+    prepare: Callable[[], None] = lambda: None
 
 
 @dataclass
@@ -76,6 +76,7 @@ def fuzz(harness: Harness, folder: Path, count: int, start: int) -> Tally:
     def one(given_input: Any) -> None:
         judged(harness, folder, given_input, tally)
 
+    harness.prepare()
     one()
     return tally
 

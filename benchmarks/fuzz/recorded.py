@@ -187,7 +187,6 @@ PARQUET = Harness(
         st.just("run.parquet"), st.one_of(mutated(PARQUET_SEEDS, text=False), parquet()), ways
     ),
     read_binary,
-    cost=3,
 )
 
 
@@ -217,7 +216,6 @@ MAT = Harness(
     "mat",
     st.tuples(st.just("run.mat"), st.one_of(mutated(MAT_SEEDS, text=False), repacked()), ways),
     read_binary,
-    cost=3,
 )
 
 MANIFEST = b"""[defaults]
@@ -249,4 +247,4 @@ def read_manifest(folder: Path, content: bytes) -> None:
         sane(recording)
 
 
-FOLDER = Harness("manifest", mutated((MANIFEST,), text=True), read_manifest, cost=2)
+FOLDER = Harness("manifest", mutated((MANIFEST,), text=True), read_manifest)

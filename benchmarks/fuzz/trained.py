@@ -56,7 +56,6 @@ POLICY = Harness(
         st.sampled_from([True, True, True, False]),
     ),
     read_policy,
-    cost=5,
 )
 
 
@@ -83,5 +82,5 @@ def read_archive(folder: Path, content: bytes) -> None:
 
 
 CHECKPOINT = Harness(
-    "checkpoint", st.deferred(lambda: mutated((checkpoint(),), text=False)), read_archive, cost=5
+    "checkpoint", st.deferred(lambda: mutated((checkpoint(),), text=False)), read_archive
 )
