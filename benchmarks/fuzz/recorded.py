@@ -110,7 +110,7 @@ def _forked(path: Path, kind: apart.Kind) -> bytes:
             with out.open("wb") as stream:
                 os.dup2(stream.fileno(), 1)
             os.close(2)
-            given = apart._LIMITS | {"memory": 1_000_000_000}
+            given = apart._LIMITS | {"memory": 1_000_000_000, "seconds": 4}
             status = _read_apart.main(kind, path, given)
         finally:
             os._exit(status)

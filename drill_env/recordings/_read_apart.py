@@ -7,7 +7,9 @@ constant is a stream of its own, since those of a MATLAB file need not be equall
 from __future__ import annotations
 
 import json
+import math
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -91,10 +93,13 @@ def _within(rows: int, columns: int, limits: dict[str, int]) -> None:
         raise TooLarge
 
 
-def confine(memory: int) -> None:
-    """Let this process take so many bytes more than now and leave no image behind a crash."""
+def confine(memory: int, seconds: int) -> None:
+    """Let this process take so many bytes and seconds of CPU more than now, and dump no core."""
     try:
         import resource
+
+        last = math.ceil(time.process_time()) + seconds
+        resource.setrlimit(resource.RLIMIT_CPU, (last, last))
 
         pages = int(Path("/proc/self/statm").read_text().split()[0])
         most = pages * resource.getpagesize() + memory
@@ -112,7 +117,7 @@ def main(kind: str, path: Path, limits: dict[str, int]) -> int:
     reader = {"parquet": parquet_columns, "mat": mat_columns}[kind]
     # Imported before the limit, which counts what the process has already.
     __import__({"parquet": "pyarrow.parquet", "mat": "scipy.io"}[kind])
-    confine(limits["memory"])
+    confine(limits["memory"], limits["seconds"])
     try:
         for table in reader(path, limits):
             with pa.ipc.new_stream(sys.stdout.buffer, table.schema) as stream:

@@ -57,9 +57,23 @@ def read_apart(
     return columns, constants
 
 
+def reading_seconds(size: int) -> int:
+    """Seconds of CPU for a file of so many bytes."""
+    return limits.READING_SECONDS + size // limits.READING_RATE
+
+
+_TOO_LONG = (
+    "reading it takes far longer than a whole file would; it is damaged or too large, copy it "
+    "again or export it as CSV"
+)
+# SIGXCPU, which Windows has no name for.
+_OUT_OF_TIME = 24
+
+
 def _run(path: Path, kind: Kind) -> bytes:
     # -P: no module beside the program may hide one of the libraries'.
-    command = [sys.executable, "-P", str(_PROGRAM), kind, str(path), json.dumps(_LIMITS)]
+    given = json.dumps(_LIMITS | {"seconds": reading_seconds(path.stat().st_size)})
+    command = [sys.executable, "-P", str(_PROGRAM), kind, str(path), given]
     # Pools that reserve addresses ahead would count as memory.
     environment = {**os.environ, "ARROW_DEFAULT_MEMORY_POOL": "system", "OPENBLAS_NUM_THREADS": "1"}
     try:
@@ -68,10 +82,7 @@ def _run(path: Path, kind: Kind) -> bytes:
             timeout=limits.LONGEST_READING, check=False,
         )  # fmt: skip
     except subprocess.TimeoutExpired as error:
-        raise InputError(
-            f"{path}: not read within {limits.LONGEST_READING:g} s; the file is damaged or too "
-            "large, export it again as CSV"
-        ) from error
+        raise InputError(f"{path}: {_TOO_LONG}") from error
     if done.returncode == 0:
         return done.stdout
     raise InputError(f"{path}: {_reason(done.returncode, kind)}")
@@ -80,6 +91,8 @@ def _run(path: Path, kind: Kind) -> bytes:
 def _reason(status: int, kind: Kind) -> str:
     if status == TOO_LARGE:
         return too_large_text()
+    if status == -_OUT_OF_TIME:
+        return _TOO_LONG
     if status == NEWER_MAT:
         return "MATLAB 7.3 files are not read; save it with save(…, '-v7')"
     return f"not a whole {_NAMES[kind]} file; copy it again, or export it as CSV"
