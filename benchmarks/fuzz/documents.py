@@ -122,16 +122,38 @@ given_values = st.one_of(
 )  # fmt: skip
 
 
-def configure(folder: Path, options: dict[Any, Any]) -> None:
+USUAL: dict[str, Any] = {
+    "setpoint": 3.0, "schedule": [(1.0, 2.0)], "friction_step": ((1.0, 2.0), (0.5, 2.0)),
+    "encoder": {"rate_hz": 200.0}, "reward": {"track": 2.0}, "history": 2, "rtol": 1e-6,
+    "uncertainty": "L1", "start": "ring", "episode_seconds": 5.0, "setpoint_range": (1.0, 2.0),
+}  # fmt: skip
+USUAL_RESET = {
+    "setpoint": 3.0, "schedule": [(0.0, 2.0), (1.0, 3.0)], "start": "state", "state": (0, 1, 1),
+    "delay_s": 0.1, "friction_step": ((1.0, 2.0), (0.5, 2.0)),
+}  # fmt: skip
+
+
+@st.composite
+def options(draw: st.DrawFn, usual: dict[str, Any], names: list[str]) -> dict[Any, Any]:
+    """Some usual options and up to two of any value."""
+    kept = draw(st.sets(st.sampled_from(sorted(usual))))
+    found: dict[Any, Any] = {name: usual[name] for name in kept}
+    for _ in range(draw(st.integers(0, 2))):
+        name = draw(st.sampled_from([*names * 5, *HOSTILE]))
+        nested = found.get(name)
+        if isinstance(nested, dict):
+            found[name] = nested | {draw(st.sampled_from(NESTED)): draw(given_values)}
+        else:
+            found[name] = draw(given_values)
+    return found
+
+
+def configure(folder: Path, given: dict[Any, Any]) -> None:
     """Options of `gym.make`."""
-    EnvConfig.from_options(options)
+    EnvConfig.from_options(given)
 
 
-CONFIG = Harness(
-    "environment",
-    st.dictionaries(st.sampled_from([*OPTIONS * 3, *HOSTILE]), given_values, max_size=3),
-    configure,
-)
+CONFIG = Harness("environment", options(USUAL, OPTIONS), configure)
 
 RESETS = ["setpoint", "schedule", "start", "state", "phase", "rig", "delay_s", "friction_step"]
 _ENV: list[DrillStringEnv] = []
@@ -144,19 +166,14 @@ def make() -> None:
         reset(Path(), {"start": start})
 
 
-def reset(folder: Path, options: dict[Any, Any]) -> None:
+def reset(folder: Path, given: dict[Any, Any]) -> None:
     """Options of `reset`, and a step after them."""
-    observation, _ = _ENV[0].reset(seed=1, options=options)
+    observation, _ = _ENV[0].reset(seed=1, options=given)
     observation, reward, *_ = _ENV[0].step(_ENV[0].action_space.low)
     assert math.isfinite(reward) and all(map(math.isfinite, observation.tolist()))
 
 
-RESET = Harness(
-    "reset",
-    st.dictionaries(st.sampled_from(RESETS), given_values, max_size=3),
-    reset,
-    prepare=make,
-)
+RESET = Harness("reset", options(USUAL_RESET, RESETS), reset, prepare=make)
 
 PIECES = st.one_of(
     st.sampled_from("t|u|=|:|ms|steps| --rate | --seed | --dwell |1|-".split("|")),

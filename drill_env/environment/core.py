@@ -13,6 +13,7 @@ from drill_env._checks import real
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.effects.declared import declared
+from drill_env.environment import targets
 from drill_env.environment._extended import Extension, start_extended, step_extended
 from drill_env.environment._kernel import start_row, step_rows
 from drill_env.environment._layout import lay_out
@@ -25,15 +26,7 @@ from drill_env.environment._records import (
     new_buffers,
 )
 from drill_env.environment._starts import place
-from drill_env.environment.config import (
-    SETPOINT_BOUND,
-    SPEED_BOUND,
-    TWIST_BOUND,
-    EnvConfig,
-    check_setpoint,
-    checked_friction_step,
-    checked_schedule,
-)
+from drill_env.environment.config import SPEED_BOUND, TWIST_BOUND, EnvConfig
 from drill_env.friction import kernel_record
 from drill_env.friction.kernels import fill_clamp
 from drill_env.integrator.tableau import tableau
@@ -103,7 +96,7 @@ class EnvCore:
         if self.config.observation == "surface":
             measured = [SPEED_BOUND]
         past = [*measured, limit] * int(self.config.history)
-        high = np.array([*measured, SETPOINT_BOUND, limit, *past], dtype=np.float32)
+        high = np.array([*measured, targets.SETPOINT_BOUND, limit, *past], dtype=np.float32)
         low = -high
         low[len(measured)] = 0.0
         return low, high
@@ -221,8 +214,8 @@ class EnvCore:
         setpoint = low + (high - low) * uniform
         if config.setpoint is not None:
             setpoint = config.setpoint
-        setpoint = check_setpoint(options.get("setpoint", setpoint))
-        schedule = checked_schedule(options.get("schedule", config.schedule))
+        setpoint = targets.check_setpoint(options.get("setpoint", setpoint))
+        schedule = targets.checked_schedule(options.get("schedule", config.schedule))
         steps, values = self.rows.schedule_steps, self.rows.schedule_values
         if len(schedule) > steps.shape[1]:
             raise InputError(
@@ -244,7 +237,7 @@ class EnvCore:
         row["friction_step"] = _NEVER
         if span is None:
             return
-        (early, late), (low, high) = checked_friction_step(span)
+        (early, late), (low, high) = targets.checked_friction_step(span)
         time = early + (late - early) * uniforms[0]
         row["friction_step"] = round(time / self.config.control_period)
         row["friction_factor"] = low + (high - low) * uniforms[1]
