@@ -430,3 +430,25 @@ def test_a_checkpoint_cannot_run_code(tmp_path):
         else:
             pytest.raises(InputError, read_checkpoint, path).match("damaged or no checkpoint")
     assert not (tmp_path / "ran").exists()
+
+
+def test_a_policy_with_a_damaged_header_is_one_error(tmp_path):
+    """Found by the fuzz: numpy's reader of headers raises an error of Python's tokenizer."""
+    import hashlib
+    import json
+
+    from drill_env.agents import find, load
+
+    with np.load(find("encoders-ppo") / "policy.npz") as arrays:
+        np.savez(tmp_path / "policy.npz", **{name: arrays[name] for name in arrays.files})
+    path = tmp_path / "policy.npz"
+    setting = json.loads((find("encoders-ppo") / "agent.json").read_text())
+    with zipfile.ZipFile(path) as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    parts["weight0.npy"] = parts["weight0.npy"].replace(b"'shape': (", b"'shape':((", 1)
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, part in parts.items():
+            archive.writestr(name, part)
+    setting["policy_sha256"] = hashlib.sha256(path.read_bytes()).hexdigest()
+    (tmp_path / "agent.json").write_text(json.dumps(setting))
+    pytest.raises(InputError, load, tmp_path).match("policy.npz is damaged")
