@@ -230,6 +230,13 @@ def test_a_file_whose_name_is_no_utf8_is_read_and_shown(tmp_path):
     recording.source.encode("utf-8")
 
 
+def test_an_output_whose_name_is_no_utf8_is_told(tmp_path):
+    name = os.fsdecode(b"out\xff.csv")
+    done = run("signal", "steps", "--seconds", 2, "--out", name, "--json", cwd=tmp_path)
+    assert done.returncode == 0 and "Traceback" not in done.stderr, done.stderr
+    assert (tmp_path / name).is_file()
+
+
 def test_messages_are_one_short_printable_line():
     text = str(InputError("a\nb\r\x1b[2J\udcff\u202e" + "x" * 10_000))
     assert text.startswith("a b \\x1b[2J\\udcff\\u202exxx") and len(text) == 2001

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
 import sys
 from typing import Annotated, Any
@@ -67,6 +68,9 @@ def options(
 
 def run() -> None:
     """Entry point: bad input is one line on stderr and exit status 2."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # A path that is no UTF-8 is shown by its bytes.
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         status = app(standalone_mode=False) or 0
         # A full disk shows here and not when the interpreter has gone.
