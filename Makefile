@@ -29,12 +29,13 @@ export NO_MKDOCS_2_WARNING := 1
 .DEFAULT_GOAL := help
 # The closing lines of `make test` must be those of pytest, with -j too.
 .NOTPARALLEL:
-.PHONY: help demo test bench proof lint type docs warm tests format setup clean
+.PHONY: help demo test bench fuzz proof lint type docs warm tests format setup clean
 
 help:
 	@echo "make demo    install, then run the main job; results in ./$(OUT)"
 	@echo "make test    install, then check style and types, build the docs, run all tests"
 	@echo "make bench   install the peers too, then measure beside them"
+	@echo "make fuzz    feed damaged and hostile input to every reader (hours; N=100000 READERS=\"csv mat\")"
 	@echo "make proof   conceal effects, diagnose, score; coverage of intervals (hours; resumable)"
 	@echo "make setup   install for development only (.venv)"
 	@echo "make format lint type docs tests   one step each"
@@ -48,6 +49,13 @@ test: lint type docs tests
 
 bench: $(READY_BENCH) warm
 	$(BIN)/python -m benchmarks
+
+# Inputs for each reader; READERS names some of them alone.
+N ?= 100000
+FUZZ_SEED ?= 1
+
+fuzz: $(READY_DEV) warm
+	$(BIN)/python -m benchmarks.fuzz $(READERS) --inputs $(N) --seed $(FUZZ_SEED)
 
 # Seeds from a million on are the proof's: once a release, never while developing.
 PROOF_SEED ?= 1000013

@@ -14,7 +14,7 @@ A look at how it runs, too short to learn the task:
 
     python train.py --total-steps 200000 --out runs/short
 
-Go on after an interruption (Ctrl-C keeps the last checkpoint):
+Go on after an interruption (Ctrl-C keeps the last checkpoint); repeat the other options:
 
     python train.py --out runs/encoders-ppo --resume
 
@@ -31,7 +31,6 @@ import sys
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import drill_env  # noqa: F401
 from drill_env import InputError
@@ -171,20 +170,7 @@ def make_model(args: Args, env: Any) -> Any:
     from drill_env.agents.actor_critic import PlantCritic
 
     log = str(args.out) if args.tensorboard else None
-    if args.resume:
-        checkpoint = args.out / CHECKPOINT
-        try:
-            model = PPO.load(checkpoint, env=env, device="cpu", tensorboard_log=log)
-        except (AssertionError, ValueError, BadZipFile) as error:
-            raise InputError(
-                f"--resume: {checkpoint} does not fit ({error}); give the --view, --history, "
-                "--num-envs it was trained with, or start without --resume"
-            ) from error
-        # The seed alone would repeat the noise and the plants of the first part.
-        model.set_random_seed(args.seed + model.num_timesteps)
-        env.start_again(args.seed + model.num_timesteps)
-        return model
-    return PPO(
+    model = PPO(
         PlantCritic, env, seed=args.seed, device="cpu", tensorboard_log=log,
         n_steps=env.length, batch_size=args.batch_size, n_epochs=args.n_epochs,
         learning_rate=lambda left: args.learning_rate * (0.05 + 0.95 * left),
@@ -194,6 +180,32 @@ def make_model(args: Args, env: Any) -> Any:
             "seen": env.features.size, "hidden": args.hidden, "log_std_init": args.log_std_init,
         },
     )  # fmt: skip
+    if args.resume:
+        _go_on(model, args)
+        # The seed alone would repeat the noise and the plants of the first part.
+        model.set_random_seed(args.seed + model.num_timesteps)
+        env.start_again(args.seed + model.num_timesteps)
+    return model
+
+
+def _go_on(model: Any, args: Args) -> None:
+    """Put weights, optimiser and steps of the last checkpoint into a fresh model.
+
+    A checkpoint of Stable-Baselines3 also holds pickled objects, which can run any code when
+    they are loaded; they are left alone, and torch reads weights alone.
+    """
+    from drill_env.agents.checkpoint import read_checkpoint
+
+    checkpoint = args.out / CHECKPOINT
+    steps, parameters = read_checkpoint(checkpoint)
+    try:
+        model.set_parameters(parameters, exact_match=True, device="cpu")
+    except (AttributeError, KeyError, RuntimeError, TypeError, ValueError) as error:
+        raise InputError(
+            f"--resume: {checkpoint} does not fit ({error}); give the --view, --history, "
+            "--hidden it was trained with, or start without --resume"
+        ) from error
+    model.num_timesteps = steps
 
 
 def train(args: Args) -> None:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import io
 import json
 from pathlib import Path
 from typing import Any, TypeAlias
-from zipfile import BadZipFile
+from zipfile import ZipFile
 
 import numpy as np
 
+from drill_env._documents import read_json
 from drill_env._errors import InputError
 from drill_env._files import make_folder, replacing, write_text
 from drill_env._types import FloatArray, PathLike
@@ -22,6 +24,12 @@ from .surface_features import SurfaceFilter
 
 POLICY, SETTING = "policy.npz", "agent.json"
 SHIPPED = Path(__file__).with_name("policies")
+
+MOST_BYTES = 50_000_000
+"""Bytes of a policy, packed and unpacked: the shipped ones have 28 thousand."""
+
+# What the features say to a setting that fits no rig.
+_UNFIT = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
 Document: TypeAlias = dict[str, Any]
 
@@ -160,34 +168,54 @@ def load(agent: PathLike) -> Agent:
     """
     path = find(agent)
     try:
-        content = (path / POLICY).read_bytes()
+        with (path / POLICY).open("rb") as stream:
+            content = stream.read(MOST_BYTES + 1)
     except OSError as error:
         raise InputError(f"agent {agent}: no {POLICY} in {path}; train it again") from error
+    setting = read_json(path / SETTING, f"agent {agent}: {SETTING}", "train it again")
     try:
-        setting = json.loads((path / SETTING).read_text(encoding="utf-8"))
         view, history = setting["view"], int(setting["history"])
         if setting["policy_sha256"] != hashlib.sha256(content).hexdigest():
             raise ValueError(f"it does not belong to this {POLICY}")
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise InputError(
             f"agent {agent}: {SETTING} is damaged ({error}); train it again"
         ) from error
     try:
-        network, table = _read_policy(path / POLICY)
+        network, table = _read_policy(content)
         features = make_features(setting, table)
         if network.inputs != features.size:
             raise ValueError(f"{network.inputs} inputs for {features.size} features")
-    except (BadZipFile, KeyError, TypeError, ValueError) as error:
+    except _UNFIT as error:
         raise InputError(f"agent {agent}: {POLICY} is damaged ({error}); train it again") from error
     kind = RememberingAgent if isinstance(features, BothEncoders) else Agent
     return kind(network, features, view, history, setting)
 
 
-def _read_policy(path: Path) -> tuple[Network, FloatArray]:
-    with np.load(path) as arrays:
-        count = sum(name.startswith("weight") for name in arrays.files)
-        layers = [(arrays[f"weight{k}"], arrays[f"bias{k}"]) for k in range(count)]
-        return Network.of(layers), arrays["reference"]
+def _read_policy(content: bytes) -> tuple[Network, FloatArray]:
+    """Network and reference table.
+
+    Raises:
+        ValueError: the archive is damaged or unpacks to too much.
+    """
+    try:
+        arrays = _arrays(content)
+    except Exception as error:
+        # zip, zlib, numpy and the tokenizer of its headers each have errors of their own.
+        raise ValueError(f"{type(error).__name__}: {error}") from error
+    count = sum(name.startswith("weight") for name in arrays)
+    layers = [(arrays[f"weight{k}"], arrays[f"bias{k}"]) for k in range(count)]
+    return Network.of(layers), arrays["reference"]
+
+
+def _arrays(content: bytes) -> dict[str, FloatArray]:
+    with ZipFile(io.BytesIO(content)) as archive:
+        unpacked = sum(item.file_size for item in archive.infolist())
+    if max(len(content), unpacked) > MOST_BYTES:
+        raise ValueError(f"more than {MOST_BYTES:.0e} bytes")
+    # No pickles: an array of objects is an error.
+    with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+        return {name: archive[name] for name in archive.files}
 
 
 def describe(args: Any) -> Document:

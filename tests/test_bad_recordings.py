@@ -16,7 +16,7 @@ from bad_recordings import BOTH, PHYSICAL, closed_loop, disc_alone, noisy, recor
 
 from drill_env import InputError, Rig
 from drill_env.identification.screening import FATAL, findings, screen
-from drill_env.recordings import SIGNAL_KINDS, read_recording, tables
+from drill_env.recordings import SIGNAL_KINDS, limits, read_recording
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "recordings"
 needs_shared = pytest.mark.skipif(not SHARED.is_dir(), reason="no recordings beside the checkout")
@@ -134,7 +134,7 @@ def test_a_truncated_or_a_giant_archive_gives_one_clear_error(tmp_path, clean, m
     pytest.raises(InputError, read_recording, path).match("truncated or damaged; copy it again")
     path.write_bytes(packed)
     # It is the unpacked size that counts.
-    monkeypatch.setattr(tables, "LARGEST_FILE", 2 * len(packed))
+    monkeypatch.setattr(limits, "MOST_BYTES", 2 * len(packed))
     pytest.raises(InputError, read_recording, path).match("too large for a recording")
 
 

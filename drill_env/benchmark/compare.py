@@ -15,7 +15,8 @@ from drill_env._types import FloatArray
 from drill_env.benchmark.measures import measure
 from drill_env.controllers import Controller
 from drill_env.dynamics import equilibrium_speed
-from drill_env.environment.config import EnvConfig, Start, check_setpoint
+from drill_env.environment.config import EnvConfig, Start
+from drill_env.environment.targets import check_setpoint
 from drill_env.environment.vector_env import DrillStringVectorEnv
 
 SETPOINTS: tuple[float, ...] = (0.5, 0.85, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 8.5)

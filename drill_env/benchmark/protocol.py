@@ -23,7 +23,8 @@ from drill_env.benchmark.measures import measure_runs, vibration_free
 from drill_env.benchmark.plants import FROZEN, PLANTS_SHA256, Plants, frozen_plants
 from drill_env.benchmark.rollout import PHASES, SCENARIOS, Scenario, run_plants
 from drill_env.dynamics import equilibrium_voltage
-from drill_env.environment.config import EnvConfig, check_setpoint
+from drill_env.environment.config import EnvConfig
+from drill_env.environment.targets import check_setpoint
 from drill_env.parameters import Level
 
 REFERENCE_SETPOINTS: tuple[float, ...] = (1.0, 2.0, 3.0, 5.0, 7.0)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from drill_env._errors import InputError
+from drill_env._errors import InputError, printable
 from drill_env.parameters import Rig, load_rig
 
 if TYPE_CHECKING:
@@ -55,7 +55,17 @@ _SILENT = 10.0
 
 def rig_from(path: Path | None) -> Rig:
     """The rig of a file, or the paper's."""
-    return Rig.paper() if path is None else load_rig(path)
+    if path is None:
+        return Rig.paper()
+    rig = load_rig(path)
+    if rig.effects:
+        from drill_env.effects.declared import declared
+
+        try:
+            declared(rig)
+        except InputError as error:
+            raise InputError(f"rig file {path}: {error}") from error
+    return rig
 
 
 def tell(text: str) -> None:
@@ -90,9 +100,10 @@ def show(table: Table) -> None:
     """A table on stdout, in full width where stdout is no terminal."""
     from rich.console import Console
 
-    console = Console()
+    # A name in brackets is no mark-up.
+    console = Console(markup=False)
     if not console.is_terminal:
-        console = Console(width=120)
+        console = Console(width=120, markup=False)
     console.print(table)
 
 
@@ -123,7 +134,7 @@ def remarks() -> Iterator[None]:
             warnings.simplefilter("ignore", kind)
         yield
         for text in dict.fromkeys(str(remark.message) for remark in found):
-            tell(f"warning: {text}")
+            tell(f"warning: {printable(text)}")
 
 
 def output_folder(path: Path) -> Path:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from drill_env._errors import InputError
-from drill_env._files import make_folder, write_text
+from drill_env._files import make_folder, write_texts
 from drill_env.cli._common import (
     JsonOption,
     MapOption,
@@ -24,7 +24,7 @@ from drill_env.cli._common import (
     stages,
 )
 from drill_env.cli._recordings import look_over, read_set
-from drill_env.parameters import Rig, save_rig
+from drill_env.parameters import Rig, dump_rig
 
 if TYPE_CHECKING:
     from drill_env.diagnosis.by_prediction import PredictionDiagnosis
@@ -149,6 +149,10 @@ def write_diagnosis(found: Diagnosis | PredictionDiagnosis, out: Path) -> None:
     page = diagnosis_page(found)
     make_folder(out)
     document = json.dumps(plain(found.result.as_dict()), indent=2, allow_nan=False)
-    write_text(out / "diagnosis.json", document + "\n")
-    save_rig(found.rig, out / "rig-extended.toml")
-    write_text(out / "index.html", page)
+    write_texts(
+        {
+            out / "diagnosis.json": document + "\n",
+            out / "rig-extended.toml": dump_rig(found.rig),
+            out / "index.html": page,
+        }
+    )

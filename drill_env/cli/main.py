@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import errno
+import io
+import os
 import sys
 from typing import Annotated, Any
 
 import typer
 
 from drill_env import __version__, _compiling
-from drill_env._errors import InputError
+from drill_env._errors import InputError, printable
 from drill_env.cli import recording_commands
 from drill_env.cli._common import SeveralHoldouts
 from drill_env.cli.bifurcation_command import bifurcation_command
@@ -20,6 +23,8 @@ from drill_env.cli.diagnose_command import diagnose_command
 from drill_env.cli.rig_commands import rig_app
 from drill_env.cli.signal_command import signal_command
 from drill_env.cli.simulate_command import simulate_command
+
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -63,8 +68,14 @@ def options(
 
 def run() -> None:
     """Entry point: bad input is one line on stderr and exit status 2."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # A path that is no UTF-8 is shown by its bytes.
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        sys.exit(app(standalone_mode=False) or 0)
+        status = app(standalone_mode=False) or 0
+        # A full disk shows here and not when the interpreter has gone.
+        sys.stdout.flush()
+        sys.exit(status)
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(2)
@@ -75,6 +86,17 @@ def run() -> None:
         # The reader has had enough (`| head`): not an error, and nothing left to flush.
         sys.stderr.close()
         sys.exit(0)
+    except OSError as error:
+        if error.errno not in _FULL:
+            raise
+        print(f"error: cannot write the output: {error.strerror}; make room", file=sys.stderr)
+        # What is left in the buffer cannot be written either.
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")
+        sys.exit(2)
+    except MemoryError as error:
+        text = printable(error) or "the memory is full"
+        print(f"error: {text}; give shorter recordings or fewer of them", file=sys.stderr)
+        sys.exit(2)
     except Exception as error:
         # Known by its method: typer carries a copy of click whose classes are not public.
         if not hasattr(error, "format_message"):
@@ -87,7 +109,7 @@ def _print_usage_error(error: Any) -> None:
     if type(error).__name__ == "NoArgsIsHelpError":
         return
     command = error.ctx.command_path if getattr(error, "ctx", None) else "drill-env"
-    text = " ".join(error.format_message().split()).rstrip(".")
+    text = printable(" ".join(error.format_message().split()).rstrip("."))
     print(f"error: {text}; see {command} --help", file=sys.stderr)
 
 

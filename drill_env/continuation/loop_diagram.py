@@ -13,7 +13,8 @@ from drill_env.continuation.loop_tracer import LoopTracer
 from drill_env.continuation.special import SpecialPoint
 from drill_env.continuation.tracer import CycleBranch, Progress
 from drill_env.controllers import Controller
-from drill_env.environment.config import EnvConfig, check_setpoint
+from drill_env.environment.config import EnvConfig
+from drill_env.environment.targets import check_setpoint
 
 _RULE = StepRule(largest=0.2)
 

@@ -14,6 +14,7 @@ from drill_env._types import BoolArray, FloatArray
 from drill_env.diagnosis.fit import Fit, Setting, prior, start_prior
 from drill_env.diagnosis.terms import Named, Term, acting, at_rest, with_terms
 from drill_env.effects.along import Motion
+from drill_env.identification.coordinates import solved
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.prediction_error import Path, Trace, flat, path_of, trace_of
 from drill_env.identification.samples import Samples
@@ -138,9 +139,9 @@ def _part(
         free = np.flatnonzero(~known[i] & ~still)
         z = z[:, free]
         inner = z.T @ z + np.diag(weights[i, free])
-        across = np.linalg.solve(inner, z.T @ flat(columns[rows], here))
+        across = solved(inner, z.T @ flat(columns[rows], here))
         pull = z.T @ w + (weights[i] * miss[i])[free]
-        steps[i, free] = np.linalg.solve(inner, pull)
+        steps[i, free] = solved(inner, pull)
         slopes[i, free] = across
         gradient = gradient - across.T @ pull
         information = information - across.T @ inner @ across

@@ -23,6 +23,10 @@ _BACK_EMF = (0.45, 0.9)
 # Of one turn, for the search of orders.
 _BINS = 512
 
+MOST_PLACES = 2**25
+"""Places of an even grid that is Fourier transformed: with its transform, its power and their
+running means a gigabyte. 16 000 turns, or 46 hours at 100 Hz."""
+
 
 def grid_of(effect: Effect, ground: Ground) -> list[FloatArray]:
     """Points of an effect's declared grids, with the peaks of frequency, order and time added."""
@@ -53,7 +57,8 @@ def _frequencies(ground: Ground, disc: int) -> list[float]:
     """Frequencies (Hz) at which a torque would explain most, from the likelihood's slopes."""
     intervals = [k.samples.recording.interval for k in ground.known]
     # Rows that are missing, and files of different rates, keep their place in time.
-    interval = min(intervals)
+    end = max(float(k.motion.t[-1]) for k in ground.known)
+    interval = max(min(intervals), 2.0 * end / MOST_PLACES)
     places = [np.rint(k.motion.t / interval).astype(np.int64) for k in ground.known]
     longest = max(int(place[-1]) for place in places) + 1
     size = 2 * longest
@@ -85,16 +90,17 @@ def _orders(ground: Ground, p: EffectParameter, effect: Effect) -> list[float]:
         pull[:, 0] * (known.motion.u if share else 1.0)
         for pull, known in zip(ground.pull, ground.known, strict=True)
     ]
-    lowest, highest = p.grid[0], min(1.5 * p.grid[-1], _BINS / 4.0)
     spans = [_turned(known) for known in ground.known]
     longest = max(float(np.ptp(angle)) for angle in spans) + 1.0
-    size = int(2 ** np.ceil(np.log2(2.0 * longest * _BINS / (2.0 * np.pi))))
+    bins = min(float(_BINS), np.pi * MOST_PLACES / longest)
+    lowest, highest = p.grid[0], min(1.5 * p.grid[-1], bins / 4.0)
+    size = int(2 ** np.ceil(np.log2(2.0 * longest * bins / (2.0 * np.pi))))
     total = np.zeros(size // 2 + 1)
     for pull, angle in zip(pulls, spans, strict=True):
-        place = np.floor((angle - angle.min()) * _BINS / (2.0 * np.pi)).astype(np.int64)
+        place = np.floor((angle - angle.min()) * bins / (2.0 * np.pi)).astype(np.int64)
         binned = np.bincount(place, weights=pull, minlength=size)[:size]
         total += np.abs(np.fft.rfft(binned)) ** 2
-    order = np.arange(len(total)) * _BINS / size
+    order = np.arange(len(total)) * bins / size
     wide = max(int(0.02 * len(total)), 5)
     relative = total / (np.convolve(total, np.ones(wide) / wide, mode="same") + 1e-300)
     relative[(order < lowest) | (order > highest)] = 0.0

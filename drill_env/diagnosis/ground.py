@@ -12,6 +12,7 @@ from drill_env.diagnosis.extended import THREADS, whitened
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.terms import with_terms
 from drill_env.effects.along import Motion
+from drill_env.identification.coordinates import solved
 from drill_env.identification.prediction_error import Path, path_of
 from drill_env.identification.samples import Samples
 from drill_env.identification.smoothing import smoothed
@@ -81,7 +82,7 @@ def ground_at(setting: Setting, fit: Fit) -> Ground:
         gram += np.diag(1e-9 * np.diag(gram) + (np.diag(gram) == 0.0))
         shared_used = shared[used]
         unit = 1.0 / np.sqrt(np.diag(gram))
-        inner = np.linalg.inv(gram * np.outer(unit, unit)) * np.outer(unit, unit)
+        inner = solved(gram * np.outer(unit, unit), np.eye(len(unit))) * np.outer(unit, unit)
         shared_used = shared_used - own @ (inner @ (own.T @ shared_used))
         white = path.rows["white"][used]
         white = white - own @ (inner @ (own.T @ white))
@@ -99,7 +100,7 @@ def ground_at(setting: Setting, fit: Fit) -> Ground:
     information = sum(k.nuisance[:, :m].T @ k.nuisance[:, :m] for k in parts)
     scale = 1.0 / np.sqrt(np.where(np.diag(information) > 0.0, np.diag(information), 1.0))
     scaled = information * np.outer(scale, scale) + 1e-9 * np.eye(m)
-    cross = np.linalg.inv(scaled) * np.outer(scale, scale)
+    cross = solved(scaled, np.eye(m)) * np.outer(scale, scale)
     count = sum(len(k.white) for k in parts)
     dispersion = sum(float(k.white @ k.white) for k in parts) / count
     return Ground(setting, fit, parts, cross, max(dispersion, 1e-3), tuple(p for _, p in found))

@@ -16,6 +16,7 @@ from drill_env.diagnosis.probability import probability_in
 from drill_env.diagnosis.result import NextExperiment
 from drill_env.diagnosis.rounds import Attempt, Found
 from drill_env.diagnosis.sentences import CONFUSED
+from drill_env.identification.coordinates import solved
 from drill_env.identification.prediction_error import path_of
 from drill_env.identification.samples import prepare
 from drill_env.integrator import sampled_voltage, simulate
@@ -135,7 +136,7 @@ def _least(setting: Setting, fit: Fit, there: Fit) -> float:
     value = there.value - float(weight @ miss**2)
     slope = there.gradient - weight * miss
     both = fit.information + there.information - np.diag(weight) + 1e-9 * np.eye(len(slope))
-    return value - float(slope @ np.linalg.solve(both, slope))
+    return value - float(slope @ solved(both, slope))
 
 
 def _words(signal: Signal) -> str:

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from drill_env._types import FloatArray
+from drill_env.diagnosis.grids import MOST_PLACES
 from drill_env.diagnosis.ground import Ground
 from drill_env.diagnosis.scan import Scored, best_point, information_of
 from drill_env.diagnosis.shapes import COORDINATES, TURN, middle
@@ -166,7 +167,8 @@ def _peaks(ground: Ground, wave: Wave) -> tuple[list[float], float]:
     longest = max(float(np.ptp(values)) for values in along)
     if not longest > 0.0:
         return [], 1.0
-    bins = _BINS * wave.rate / TURN
+    # A motion that goes further than the grid has places for is binned more coarsely.
+    bins = min(_BINS * wave.rate / TURN, MOST_PLACES / (4.0 * span))
     size = int(2 ** np.ceil(np.log2(4.0 * (span * bins + 2.0))))
     pull = np.concatenate([p @ wave.signs for p in ground.pull])
     place = np.floor((np.concatenate(along) - first) * bins).astype(np.int64)

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from drill_env._checks import real
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.effects import LIBRARY, Effect
@@ -88,6 +89,8 @@ def declared(rig: Rig) -> Declared:
     """
     rows = []
     for place, entry in enumerate(rig.effects):
+        if not isinstance(entry, Mapping):
+            raise InputError(f"rig effect {place + 1} is {entry!r}; give a table")
         try:
             rows.append(_row(entry, rig))
         except InputError as error:
@@ -133,9 +136,7 @@ def _row(entry: Mapping[str, Any], rig: Rig) -> _Row:
         raise InputError(f"id is {name!r}; known: {', '.join([*LIBRARY, 'table'])}")
     _check_component(effect.id, effect.equation, rig)
     values = {key: value for key, value in entry.items() if key != "id"}
-    for key, value in values.items():
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise InputError(f"effect {name}: {key} is {value!r}; give a number")
+    values = {str(key): real(value, f"effect {name}: {key}") for key, value in values.items()}
     return _entry(effect, effect.vector(values))
 
 
@@ -161,12 +162,12 @@ def _check_component(name: str, equation: str, rig: Rig) -> None:
 
 
 def _table_row(entry: Mapping[str, Any], rig: Rig) -> _Row:
-    unknown = sorted(set(entry) - _TABLE_KEYS)
+    unknown = sorted(str(key) for key in set(entry) - _TABLE_KEYS)
     if unknown:
         known = ", ".join(sorted(_TABLE_KEYS))
         raise InputError(f"table: unknown key {unknown[0]}; known: {known}")
     coordinate = entry.get("depends_on")
-    if coordinate not in COORDINATES:
+    if not isinstance(coordinate, str) or coordinate not in COORDINATES:
         raise InputError(
             f"table: depends_on is {coordinate!r}; give one of {', '.join(COORDINATES)}"
         )
@@ -213,10 +214,7 @@ def _numbers(entry: Mapping[str, Any], key: str) -> FloatArray:
     given = entry.get(key)
     if isinstance(given, str) or not isinstance(given, Sequence):
         raise InputError(f"table: {key} is {given!r}; give a list of numbers")
-    plain = all(issubclass(t, (int, float)) and t is not bool for t in set(map(type, given)))
-    if not plain or not np.isfinite(np.array(given, dtype=float)).all():
-        raise InputError(f"table: {key} holds something that is no finite number; correct it")
-    return np.array(given, dtype=float)
+    return np.array([real(number, f"table: a number of {key}") for number in given], dtype=float)
 
 
 def _period(entry: Mapping[str, Any], coordinate: str) -> float:
@@ -224,9 +222,10 @@ def _period(entry: Mapping[str, Any], coordinate: str) -> float:
     given = entry.get("period", _TURN if coordinate.startswith("theta") else None)
     if given is None:
         return 0.0
-    if isinstance(given, bool) or not isinstance(given, (int, float)) or not 0 < given < math.inf:
-        raise InputError(f"table: period is {given!r}; give a number greater than 0")
-    return float(given)
+    period = real(given, "table: period")
+    if not period > 0:
+        raise InputError(f"table: period is {period}; give a number greater than 0")
+    return period
 
 
 def _closed(table: FloatArray, period: float) -> FloatArray:

@@ -7,12 +7,13 @@ from typing import Any, get_args
 
 import numpy as np
 
+from drill_env._checks import real, reals
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.dynamics import equilibrium_state, equilibrium_voltage
 from drill_env.environment._kernel import settle_on_cycle
 from drill_env.environment._records import Buffers
-from drill_env.environment.config import EnvConfig, Start
+from drill_env.environment.config import SPEED_BOUND, TWIST_BOUND, EnvConfig, Start
 from drill_env.integrator.tableau import tableau
 
 _SETTLE_S, _WATCH_S = 30.0, 14.0
@@ -40,7 +41,7 @@ def place(
         InputError: a reset option is out of range.
     """
     start: Start = options.get("start", "state" if "state" in options else config.start)
-    if start not in get_args(Start):
+    if not isinstance(start, str) or start not in get_args(Start):
         raise InputError(f"start is {start!r}: give one of {', '.join(get_args(Start))}")
     if start == "random":
         start = ("rest", "limit_cycle", "ring")[min(int(3 * uniforms[0]), 2)]
@@ -58,7 +59,7 @@ def place(
         y[0] += radius * np.cos(angle)
         y[2] += radius * pulse * np.sin(angle)
     elif start == "limit_cycle":
-        phase = float(options.get("phase", uniforms[3]))
+        phase = real(options.get("phase", float(uniforms[3])), "reset option phase")
         if not 0 <= phase <= 1:
             raise InputError(f"phase is {phase}: give 0 to 1, the share of a period")
         if not settle_on_cycle(
@@ -69,10 +70,12 @@ def place(
 
 
 def _explicit_state(state: Any) -> FloatArray:
-    given = np.asarray([] if state is None else state, dtype=float)
-    if given.shape not in ((3,), (4,)) or not np.isfinite(given).all():
-        raise InputError(
-            "reset option state must be three or four finite numbers: twist (rad), omega_u, "
-            "omega_l (rad/s), theta_l (rad)"
-        )
+    count = 4 if np.size(np.asarray(state, dtype=object)) == 4 else 3
+    given = np.array(reals(state, "reset option state (twist, omega_u, omega_l, theta_l)", count))
+    bounds = (TWIST_BOUND, SPEED_BOUND, SPEED_BOUND)
+    for name, value, bound in zip(("twist", "omega_u", "omega_l"), given, bounds, strict=False):
+        if abs(value) > bound:
+            raise InputError(
+                f"reset option state: {name} is {value:g}, beyond the {bound:g} of observations"
+            )
     return np.append(given, 0.0)[:4]

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, get_args
 
+from drill_env._checks import real, reals
 from drill_env._errors import InputError
 from drill_env._types import Method
 from drill_env.effects.declared import declared
+from drill_env.environment.targets import (
+    LONGEST_EPISODE,
+    SETPOINT_BOUND,
+    check_setpoint,
+    checked_friction_step,
+    checked_schedule,
+)
 from drill_env.parameters import Level, Rig, Uncertainty, uncertainty
 from drill_env.sensors import Encoder
 
@@ -24,7 +31,7 @@ ActionUnit: TypeAlias = Literal["volts", "normalized"]
 """Actions in volts, or in shares of the voltage limit."""
 
 MAX_VOLTAGE = 15.0
-TWIST_BOUND, SPEED_BOUND, SETPOINT_BOUND = 100.0, 150.0, 60.0
+TWIST_BOUND, SPEED_BOUND = 100.0, 150.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +58,8 @@ class RewardWeights:
 
     def __post_init__(self) -> None:
         for item in fields(self):
-            value = getattr(self, item.name)
-            if not (math.isfinite(value) and value >= 0):
+            value = real(getattr(self, item.name), f"reward weight {item.name}")
+            if value < 0:
                 raise InputError(f"reward weight {item.name} is {value}: give 0 or greater")
         if self.width == 0:
             raise InputError("reward weight width is 0: give a relative error greater than 0")
@@ -105,6 +112,7 @@ class EnvConfig:
 
     def __post_init__(self) -> None:
         _check_choices(self)
+        _check_kinds(self)
         _check_numbers(self)
         uncertainty(self.uncertainty)
         if self.rig.inertias == 1:
@@ -140,13 +148,13 @@ class EnvConfig:
             InputError: an option is unknown or out of range.
         """
         known = {item.name for item in fields(cls)}
-        unknown = sorted(set(options) - known)
+        unknown = sorted(str(key) for key in set(options) - known)
         if unknown:
             raise InputError(f"unknown option {unknown[0]}; known: {', '.join(sorted(known))}")
         options = dict(options)
         for name, kind in (("rig", Rig), ("encoder", Encoder), ("reward", RewardWeights)):
             if isinstance(options.get(name), dict):
-                options[name] = kind(**options[name])
+                options[name] = _nested(name, kind, options[name])
         if isinstance(options.get("rig"), (str, Path)):
             from drill_env.parameters import load_rig
 
@@ -158,33 +166,47 @@ def _check_choices(config: EnvConfig) -> None:
     choices = (("observation", View), ("start", Start), ("action", ActionUnit), ("method", Method))
     for name, alias in choices:
         value = getattr(config, name)
-        if value not in get_args(alias):
+        if not isinstance(value, str) or value not in get_args(alias):
             raise InputError(f"{name} is {value!r}: give one of {', '.join(get_args(alias))}")
 
 
+def _nested(name: str, kind: type[Any], values: dict[Any, Any]) -> Any:
+    known = {item.name for item in fields(kind)}
+    unknown = sorted(str(key) for key in set(values) - known)
+    if unknown:
+        raise InputError(f"{name}: unknown key {unknown[0]}; known: {', '.join(sorted(known))}")
+    return kind(**values)
+
+
+def _check_kinds(config: EnvConfig) -> None:
+    kinds = (("rig", Rig), ("encoder", Encoder), ("reward", RewardWeights))
+    for name, kind in kinds:
+        if not isinstance(getattr(config, name), kind):
+            raise InputError(f"{name} is {getattr(config, name)!r}: give a {kind.__name__}")
+    if not isinstance(config.uncertainty, (str, Uncertainty)):
+        raise InputError(f"uncertainty is {config.uncertainty!r}: give L0 to L3 or an Uncertainty")
+
+
 def _check_numbers(config: EnvConfig) -> None:
+    for name in ("voltage_limit", "control_period", "episode_seconds", "history", "rtol"):
+        real(getattr(config, name), name)
     if not 0 < config.voltage_limit <= MAX_VOLTAGE:
         raise InputError(f"voltage_limit is {config.voltage_limit}: give 0 to {MAX_VOLTAGE:g} V")
     if not 0.01 - 1e-9 <= config.control_period <= 0.2 + 1e-9:
         raise InputError(f"control_period is {config.control_period}: give 0.01 to 0.2 s")
-    if not config.episode_seconds >= config.control_period:
-        raise InputError(f"episode_seconds is {config.episode_seconds}: give a period or more")
+    if not config.control_period <= config.episode_seconds <= LONGEST_EPISODE:
+        raise InputError(
+            f"episode_seconds is {config.episode_seconds}: give a period to {LONGEST_EPISODE:g} s"
+        )
     if config.history != int(config.history) or not 0 <= config.history <= 1000:
         raise InputError(f"history is {config.history}: give a whole number of frames, 0 to 1000")
     if not 1e-12 <= config.rtol <= 1e-2:
         raise InputError(f"rtol is {config.rtol}: give 1e-12 to 1e-2")
-    low, high = config.setpoint_range
+    low, high = reals(config.setpoint_range, "setpoint_range", 2)
     if not 0 < low <= high <= SETPOINT_BOUND:
         raise InputError(f"setpoint_range is {low}, {high}: give 0 < low <= high <= 60 rad/s")
-    targets = [] if config.setpoint is None else [config.setpoint]
-    for target in [*targets, *(value for _, value in config.schedule)]:
-        check_setpoint(target)
-    if any(time < 0 for time, _ in config.schedule):
-        raise InputError("schedule: times must be 0 s or later")
-
-
-def check_setpoint(value: float) -> float:
-    """A set point in rad/s, or an error."""
-    if not 0 < value <= SETPOINT_BOUND:
-        raise InputError(f"setpoint is {value}: give more than 0 and at most 60 rad/s")
-    return float(value)
+    if config.setpoint is not None:
+        check_setpoint(config.setpoint)
+    checked_schedule(config.schedule)
+    if config.friction_step is not None:
+        checked_friction_step(config.friction_step)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from drill_env._checks import real
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.effects.declared import declared
+from drill_env.environment import targets
 from drill_env.environment._extended import Extension, start_extended, step_extended
 from drill_env.environment._kernel import start_row, step_rows
 from drill_env.environment._layout import lay_out
@@ -24,13 +26,7 @@ from drill_env.environment._records import (
     new_buffers,
 )
 from drill_env.environment._starts import place
-from drill_env.environment.config import (
-    SETPOINT_BOUND,
-    SPEED_BOUND,
-    TWIST_BOUND,
-    EnvConfig,
-    check_setpoint,
-)
+from drill_env.environment.config import SPEED_BOUND, TWIST_BOUND, EnvConfig
 from drill_env.friction import kernel_record
 from drill_env.friction.kernels import fill_clamp
 from drill_env.integrator.tableau import tableau
@@ -100,7 +96,7 @@ class EnvCore:
         if self.config.observation == "surface":
             measured = [SPEED_BOUND]
         past = [*measured, limit] * int(self.config.history)
-        high = np.array([*measured, SETPOINT_BOUND, limit, *past], dtype=np.float32)
+        high = np.array([*measured, targets.SETPOINT_BOUND, limit, *past], dtype=np.float32)
         low = -high
         low[len(measured)] = 0.0
         return low, high
@@ -206,7 +202,8 @@ class EnvCore:
             row["p"] = kernel_record(rig)[0]
         else:
             raise InputError("reset option rig must be a drill_env.Rig")
-        delay = float(options.get("delay_s", self.config.encoder.delay_s + factors[7]))
+        delay = options.get("delay_s", self.config.encoder.delay_s + factors[7])
+        delay = real(delay, "reset option delay_s")
         if not 0 <= delay <= self._largest_delay():
             raise InputError(f"delay_s is {delay}: give 0 to {self._largest_delay():g} s")
         return delay
@@ -217,8 +214,8 @@ class EnvCore:
         setpoint = low + (high - low) * uniform
         if config.setpoint is not None:
             setpoint = config.setpoint
-        setpoint = check_setpoint(options.get("setpoint", setpoint))
-        schedule: Sequence[tuple[float, float]] = options.get("schedule", config.schedule)
+        setpoint = targets.check_setpoint(options.get("setpoint", setpoint))
+        schedule = targets.checked_schedule(options.get("schedule", config.schedule))
         steps, values = self.rows.schedule_steps, self.rows.schedule_values
         if len(schedule) > steps.shape[1]:
             raise InputError(
@@ -228,7 +225,7 @@ class EnvCore:
         steps[i] = _NEVER
         for k, (time, value) in enumerate(schedule):
             steps[i, k] = round(time / config.control_period)
-            values[i, k] = check_setpoint(value)
+            values[i, k] = value
             setpoint = values[i, k] if steps[i, k] == 0 else setpoint
         self.row[i]["setpoint"] = setpoint
         return float(setpoint)
@@ -240,11 +237,7 @@ class EnvCore:
         row["friction_step"] = _NEVER
         if span is None:
             return
-        (early, late), (low, high) = span
-        if not (0 <= early <= late and 0 <= low <= high):
-            raise InputError(
-                f"friction_step is {span}: give ((early, late), (low, high)) ascending"
-            )
+        (early, late), (low, high) = targets.checked_friction_step(span)
         time = early + (late - early) * uniforms[0]
         row["friction_step"] = round(time / self.config.control_period)
         row["friction_factor"] = low + (high - low) * uniforms[1]

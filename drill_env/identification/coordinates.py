@@ -48,6 +48,13 @@ class Coordinates:
             values |= {"bl": rig.bl + 0.5 * t2 * beta2, "T2": t2 * beta2**3}
         if "ktheta" in self.free:
             values |= {n: values[n] / rig.ktheta for n in _LOWER & set(self.free)}
+        for name in POSITIVE & set(values):
+            if not values[name] > 0.0:
+                raise InputError(
+                    f"rig parameter {name} is {getattr(rig, name)} and is estimated by its "
+                    "logarithm: start from a value greater than 0, or hold it: "
+                    f"--fix {name}={getattr(rig, name):g}"
+                )
         return np.array([math.log(v) if n in POSITIVE else v for n, v in values.items()])
 
     def rig(self, vector: FloatArray) -> Rig:
@@ -97,6 +104,24 @@ def inverse(symmetric: FloatArray) -> FloatArray:
     scale = 1.0 / np.sqrt(np.maximum(np.diag(symmetric), 1e-300))
     scaled = np.linalg.pinv(symmetric * np.outer(scale, scale), rcond=1e-14, hermitian=True)
     return np.asarray(scaled * np.outer(scale, scale), dtype=np.float64)
+
+
+def solved(symmetric: FloatArray, right: FloatArray) -> FloatArray:
+    """Solve with an information matrix; along what it does not tell at all the answer is 0.
+
+    Args:
+        symmetric: shape (n, n).
+        right: shape (n,) or (n, m).
+
+    Returns:
+        Shape of `right`; NaN where something is not finite.
+    """
+    try:
+        return np.asarray(np.linalg.solve(symmetric, right), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        if np.isfinite(symmetric).all():
+            return np.asarray(inverse(symmetric) @ right, dtype=np.float64)
+        return np.full(right.shape, np.nan)
 
 
 def free_names(free: Sequence[str] | None, rig: Rig, fixed: Mapping[str, float]) -> tuple[str, ...]:

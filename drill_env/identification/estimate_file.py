@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from drill_env._documents import read_json
 from drill_env._errors import InputError
 from drill_env._files import write_text
 from drill_env._types import PathLike
@@ -73,12 +74,7 @@ def load_knowledge(path: PathLike) -> Knowledge:
         InputError: the file is missing, is no estimate, or holds a bad value.
     """
     path = Path(path)
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"estimate {path}: {error.strerror}; check the path") from error
-    except ValueError as error:
-        raise InputError(f"estimate {path} is not JSON ({error}); {_REMEDY}") from error
+    document = read_json(path, f"estimate {path}", _REMEDY)
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise InputError(f"estimate {path} is not an estimate of drill-env; {_REMEDY}")
     if document.get("version") != VERSION:
@@ -90,7 +86,7 @@ def load_knowledge(path: PathLike) -> Knowledge:
         return _knowledge(document)
     except KeyError as error:
         raise InputError(f"estimate {path} lacks {error}; {_REMEDY}") from error
-    except (TypeError, ValueError, AttributeError, IndexError) as error:
+    except (TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
         raise InputError(f"estimate {path}: {error}; {_REMEDY}") from error
 
 

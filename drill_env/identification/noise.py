@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from drill_env._checks import real
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 
@@ -40,8 +41,8 @@ class NoiseModel:
 
     def __post_init__(self) -> None:
         for item in fields(self):
-            value = getattr(self, item.name)
-            if not (math.isfinite(value) and value > 0):
+            value = real(getattr(self, item.name), f"noise {item.name}")
+            if not value > 0:
                 raise InputError(f"noise {item.name} is {value}: give a number greater than 0")
 
     def vector(self) -> FloatArray:

@@ -11,6 +11,7 @@ import numpy as np
 
 from drill_env._types import FloatArray, IntArray
 from drill_env.identification._noise_slopes import N_NOISE, NOISE_SLOPES, noise_slopes
+from drill_env.identification.coordinates import solved
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.prediction_error import Trace, flat, path_of, reading_variances
 from drill_env.identification.samples import Samples
@@ -64,7 +65,7 @@ def noise_step(
         parts = list(pool.map(one, jobs))
     gradient = (_PRECISION * (logs - _PRIOR) + np.sum([g for g, _ in parts], axis=0))[free]
     information = np.diag(_PRECISION) + np.sum([i for _, i in parts], axis=0)
-    step = np.linalg.solve(information[np.ix_(free, free)], -gradient)
+    step = solved(information[np.ix_(free, free)], -gradient)
     step *= min(1.0, _LONGEST_STEP / max(float(np.abs(step).max()), 1e-12))
     logs[free] += step
     return NoiseModel.from_vector(np.clip(logs, _FLOORS, _CEILINGS))

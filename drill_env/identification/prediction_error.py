@@ -21,6 +21,7 @@ from drill_env.identification._filter_state import (
     PATH,
     PATH_WITH_VELOCITIES,
 )
+from drill_env.identification.coordinates import solved
 from drill_env.identification.noise import SENSORS, NoiseModel
 from drill_env.identification.samples import Samples
 from drill_env.integrator.advance import DONE
@@ -213,9 +214,9 @@ def score(
         whole = np.tril(lower) + np.tril(lower, -1).T
         free = np.flatnonzero(~known[i])
         inner = whole[np.ix_(n + free, n + free)] + np.diag(weights[i, free])
-        cross = np.linalg.solve(inner, whole[n + free, :n])
+        cross = solved(inner, whole[n + free, :n])
         pull = left.gradients[i, n + free] + (weights[i] * miss[i])[free]
-        steps[i, free] = np.linalg.solve(inner, pull)
+        steps[i, free] = solved(inner, pull)
         slopes[i, free] = cross
         gradient += left.gradients[i, :n] - cross.T @ pull
         information += whole[:n, :n] - whole[:n, n + free] @ cross

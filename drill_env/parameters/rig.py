@@ -10,6 +10,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from drill_env._checks import real
 from drill_env._errors import InputError
 from drill_env._types import FrictionLaw
 from drill_env.parameters.record import LAWS, NAMES, PARAMETERS
@@ -150,12 +151,7 @@ LOWER_LAW = ("Tsl", "T1", "T2", "beta1", "beta2", "bl")
 
 def _validate(rig: Rig) -> None:
     for name in SYMBOLS:
-        value = getattr(rig, name)
-        if isinstance(value, bool) or not isinstance(value, (int, float, np.floating, np.integer)):
-            raise InputError(f"rig parameter {name} is {value!r}: give a number")
-        if not math.isfinite(value):
-            raise InputError(f"rig parameter {name} is {value}: give a finite number")
-        object.__setattr__(rig, name, float(value))
+        object.__setattr__(rig, name, real(getattr(rig, name), f"rig parameter {name}"))
     for name in ("km", "Ju", "Jl"):
         _require(getattr(rig, name) > 0, name, getattr(rig, name), "greater than 0")
     if rig.inertias not in (1, 2):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 import tomli_w
 
+from drill_env._documents import read_toml
 from drill_env._errors import InputError
 from drill_env._files import write_text
 from drill_env._types import PathLike
@@ -30,14 +30,7 @@ def load_rig(path: PathLike) -> Rig:
         InputError: the file is missing, is no TOML, or a key is missing, unknown or bad.
     """
     path = Path(path)
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"rig file {path}: {error.strerror}; check the path") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(
-            f"rig file {path} is not TOML ({error}); `drill-env rig show` prints a valid one"
-        ) from error
+    document = read_toml(path, f"rig file {path}", "`drill-env rig show` prints a valid one")
     table = document.get("rig")
     if not isinstance(table, dict):
         raise InputError(f"rig file {path} has no table [rig]; `drill-env rig show` prints one")

@@ -7,11 +7,16 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from drill_env._checks import real, reals
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.parameters.rig import Rig
 
 Level: TypeAlias = Literal["L0", "L1", "L2", "L3"]
+
+
+# s: two swings of the string, as an encoder's.
+_LONGEST_DELAY = 10.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +40,19 @@ class Uncertainty:
     Jl: float = 0.0
     Tsu: float = 0.0
     delay_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        low, high = reals(self.friction, "uncertainty friction", 2)
+        if not 0 <= low <= high:
+            raise InputError(f"uncertainty friction is {low}, {high}: give 0 <= low <= high")
+        for name in ("hump", "bu", "ktheta", "Jl", "Tsu"):
+            share = real(getattr(self, name), f"uncertainty {name}")
+            if not 0 <= share < 1:
+                raise InputError(f"uncertainty {name} is {share}: give a share, 0 to less than 1")
+        if not 0 <= real(self.delay_s, "uncertainty delay_s") <= _LONGEST_DELAY:
+            raise InputError(
+                f"uncertainty delay_s is {self.delay_s}: give 0 to {_LONGEST_DELAY:g} s"
+            )
 
     def draw(self, uniforms: FloatArray) -> FloatArray:
         """One plant from eight numbers in [0, 1).
@@ -67,7 +85,7 @@ def uncertainty(level: Level | Uncertainty) -> Uncertainty:
     """
     if isinstance(level, Uncertainty):
         return level
-    if level not in UNCERTAINTY:
+    if not isinstance(level, str) or level not in UNCERTAINTY:
         raise InputError(f"uncertainty is {level!r}: give one of {', '.join(UNCERTAINTY)}")
     return UNCERTAINTY[level]
 

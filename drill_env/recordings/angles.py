@@ -9,6 +9,7 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.recordings.checks import Place, longest_run
+from drill_env.recordings.limits import LARGEST_SPAN
 from drill_env.recordings.recording import RecordingWarning, is_gap
 
 _TURN = 2.0 * math.pi
@@ -42,6 +43,7 @@ def check_angle(
     _refuse_counts(theta, place)
     step = encoder_step(theta, t)
     theta, notes = _unwrap(t, theta, step, place)
+    _refuse_span(theta, place)
     notes += _clipped(theta, place)
     notes += _speed(t, theta, place)
     return theta, step, notes
@@ -55,6 +57,16 @@ def _refuse_counts(theta: FloatArray, place: Place) -> None:
         f"encoder counts; state the counts per turn: {place.mapped('counts/8192')} "
         f"(or {place.mapped('rad')} if it is in rad)"
     )
+
+
+def _refuse_span(theta: FloatArray, place: Place) -> None:
+    if np.ptp(theta) > LARGEST_SPAN:
+        i = int(np.argmax(np.abs(theta - np.median(theta))))
+        raise InputError(
+            f"{place} goes from {theta.min():.4g} to {theta.max():.4g} (farthest in row "
+            f"{place.row(i)}), further than {LARGEST_SPAN:g}; cut that row out, or mend the unit: "
+            f"{place.mapped('UNIT')}"
+        )
 
 
 def encoder_step(theta: FloatArray, t: FloatArray | None = None) -> float | None:

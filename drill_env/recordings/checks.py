@@ -10,6 +10,12 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import BoolArray, FloatArray
 from drill_env.recordings.columns import Channel, Column
+from drill_env.recordings.limits import (
+    LARGEST,
+    LONGEST_DURATION,
+    MOST_ROWS,
+    SHORTEST_INTERVAL,
+)
 from drill_env.recordings.recording import RecordingWarning, is_gap
 
 SHORTEST = 10
@@ -87,6 +93,26 @@ def check_huge(values: FloatArray, place: Place) -> None:
         )
 
 
+def check_size(values: FloatArray, raw: FloatArray, place: Place) -> None:
+    """Refuse sizes that no rig can have, in SI units; NaN passes.
+
+    Args:
+        values: in SI units, shape (n,).
+        raw: the same as the file has them.
+        place: where they came from.
+
+    Raises:
+        InputError: with the first such row.
+    """
+    most, unit = LARGEST[place.channel]
+    bad = np.flatnonzero(np.isfinite(raw) & ~(np.abs(values) <= most))
+    if len(bad):
+        raise InputError(
+            f"{place} holds {raw[bad[0]]:.3g} in row {place.row(bad[0])}, beyond {most:g} {unit} "
+            f"({len(bad)} such rows); cut those rows out or mend the unit: {place.mapped('UNIT')}"
+        )
+
+
 def check_length(t: FloatArray, source: str) -> None:
     """Refuse recordings too short for anything.
 
@@ -122,6 +148,7 @@ def check_time(t: FloatArray, place: Place) -> list[RecordingWarning]:
         )
     median = float(np.median(steps))
     _check_clock(median, place)
+    _check_span(float(t[-1] - t[0]), median, place)
     notes = []
     if median > _SLOW and not place.column.stated:
         notes.append(
@@ -149,6 +176,20 @@ def _check_clock(median: float, place: Place) -> None:
         raise InputError(
             f"{place} steps by {median:.6g}, which as seconds is too slow for this rig; the clock "
             f"is probably in {unit}: {place.mapped(unit)} (or {place.mapped('s')} if it is not)"
+        )
+
+
+def _check_span(duration: float, median: float, place: Place) -> None:
+    if median < SHORTEST_INTERVAL:
+        raise InputError(
+            f"{place} steps by {median:.3g} s, which is shorter than any recorder's "
+            f"{SHORTEST_INTERVAL:g} s; mend the clock or its unit: {place.mapped('UNIT')}"
+        )
+    if duration > LONGEST_DURATION or duration > MOST_ROWS * median:
+        raise InputError(
+            f"{place} covers {duration:.4g} s in steps of {median:.4g} s, more than "
+            f"{LONGEST_DURATION:g} s or {MOST_ROWS:.0e} steps; cut it at its longest gap, or mend "
+            f"the clock or its unit: {place.mapped('UNIT')}"
         )
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, cast
 
-from drill_env._errors import InputError
+from drill_env._errors import InputError, printable
 
 Channel: TypeAlias = Literal["t", "u", "torque", "theta_u", "theta_l", "omega_u", "omega_l"]
 CHANNELS: tuple[Channel, ...] = ("t", "u", "torque", "theta_u", "theta_l", "omega_u", "omega_l")
@@ -143,17 +143,19 @@ def resolve(
 def missing_text(source: str, channels: Sequence[str], found: Sequence[str]) -> str:
     """The message for channels that a file lacks, with the columns it has."""
     one = channels[0]
-    near = difflib.get_close_matches(one.lower(), [f.lower() for f in found], n=1, cutoff=0.7)
+    short = [f.lower() for f in found if len(f) < 60]
+    near = difflib.get_close_matches(one.lower(), short, n=1, cutoff=0.7)
     guess = next((f for f in found if near and f.lower() == near[0]), "COLUMN")
     torque = " (or --map torque=COLUMN, a measured torque)" if one == "u" else ""
     return (
-        f"{source}: no column {' and '.join(channels)}; found: {_listed(found)}. "
+        f"{source}: no column {' and '.join(channels)}; found: {listed(found)}. "
         f"Name it, for example --map {one}={guess}{torque}"
     )
 
 
-def _listed(found: Sequence[str]) -> str:
-    shown = ", ".join(found[:20])
+def listed(found: Sequence[str]) -> str:
+    """The first names of a file's columns, and how many there are."""
+    shown = ", ".join(printable(name, 60) for name in found[:20])
     return f"{shown}, … ({len(found)} in all)" if len(found) > 20 else shown or "none"
 
 

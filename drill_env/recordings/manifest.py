@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import tomllib
+import math
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -10,7 +10,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, TypeAlias, cast, get_args
 
-from drill_env._errors import InputError
+from drill_env._documents import read_toml
+from drill_env._errors import InputError, printable
 from drill_env._types import PathLike
 from drill_env.recordings.columns import (
     CHANNELS,
@@ -18,6 +19,7 @@ from drill_env.recordings.columns import (
     UNITS,
     Channel,
     counts_per_turn,
+    listed,
     missing_text,
 )
 from drill_env.recordings.read import Missing, read_recording
@@ -101,7 +103,7 @@ def read_folder(path: PathLike, progress: Callable[[int, int], None] | None = No
             progress(number, len(settings))
     return RecordingSet(
         *(tuple(groups[role]) for role in ROLES),
-        settings=MappingProxyType({str(file): entry for file, entry in settings.items()}),
+        settings=MappingProxyType({printable(file): entry for file, entry in settings.items()}),
     )
 
 
@@ -120,7 +122,7 @@ def _read(file: Path, entry: RecordingSettings) -> Recording:
     if not recording.readings():
         raise InputError(
             f"{file}: neither theta_u nor theta_l, nor a velocity omega_u or omega_l; found: "
-            f"{', '.join(recording.columns)}. Name one under columns in {MANIFEST}"
+            f"{listed(recording.columns)}. Name one under columns in {MANIFEST}"
         )
     return recording
 
@@ -150,12 +152,7 @@ def _role_by_name(name: str) -> Role:
 
 
 def _from_manifest(manifest: Path) -> dict[Path, RecordingSettings]:
-    try:
-        document = tomllib.loads(manifest.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{manifest}: {error.strerror}; check the file") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{manifest}: not TOML ({error}); mend that line") from error
+    document = read_toml(manifest, str(manifest), "mend that line")
     _check_keys(f"{manifest}", document, ("defaults", "recording"))
     defaults, entries = document.get("defaults", {}), document.get("recording", [])
     if not isinstance(defaults, dict):
@@ -190,11 +187,22 @@ def _files(where: str, folder: Path, pattern: Any) -> list[Path]:
     if Path(pattern).is_absolute():
         raise InputError(f"{where}: file {pattern} is absolute; give it relative to the manifest")
     plain = folder / pattern
-    files = [plain] if plain.is_file() else sorted(f for f in folder.glob(pattern) if f.is_file())
+    try:
+        files = [plain] if plain.is_file() else [f for f in folder.glob(pattern) if f.is_file()]
+    except (OSError, ValueError, NotImplementedError) as error:
+        raise InputError(f"{where}: file {pattern!r} is no name or pattern ({error})") from error
+    files = sorted(_inside(where, folder, f) for f in files)
     files = [f for f in files if f.name != MANIFEST]
     if not files:
         raise InputError(f"{where}: no file {plain}; check the name")
     return files
+
+
+def _inside(where: str, folder: Path, file: Path) -> Path:
+    """The file, unless a `..` leads out of the manifest's folder."""
+    if ".." in file.relative_to(folder).parts:
+        raise InputError(f"{where}: file {file} lies outside the folder; move it inside")
+    return file
 
 
 def _settings(
@@ -226,9 +234,9 @@ def _check_choice(where: str, key: str, value: Any, known: tuple[str, ...]) -> N
 
 def _check_counts(where: str, merged: Mapping[str, Any]) -> None:
     counts = merged.get("counts_per_rev")
-    good = isinstance(counts, (int, float)) and not isinstance(counts, bool) and 0 < counts < 1e12
+    good = isinstance(counts, (int, float)) and not isinstance(counts, bool) and 1 <= counts < 1e12
     if counts is not None and not good:
-        raise InputError(f"{where}: counts_per_rev is {counts!r}; give a number greater than 0")
+        raise InputError(f"{where}: counts_per_rev is {counts!r}; give a number of 1 or more")
     for channel, unit in merged["units"].items():
         counted = COUNTED.get(cast(Channel, channel))
         if unit == counted:
@@ -248,6 +256,6 @@ def _check_counts(where: str, merged: Mapping[str, Any]) -> None:
 
 def _is_number(text: str) -> bool:
     try:
-        return float(text) != 0.0
+        return float(text) != 0.0 and math.isfinite(float(text))
     except ValueError:
         return False

@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from drill_env._errors import InputError
+from drill_env._errors import InputError, printable
 from drill_env._types import FloatArray, PathLike
 from drill_env.recordings.angles import check_angle
 from drill_env.recordings.checks import (
@@ -18,6 +18,7 @@ from drill_env.recordings.checks import (
     check_finite,
     check_huge,
     check_length,
+    check_size,
     check_time,
 )
 from drill_env.recordings.columns import (
@@ -26,6 +27,7 @@ from drill_env.recordings.columns import (
     Channel,
     Column,
     ColumnMap,
+    listed,
     missing_text,
     resolve,
 )
@@ -61,7 +63,7 @@ def read_recording(
         InputError: the file, a column or the time base is bad.
     """
     path = Path(path)
-    source = str(path)
+    source = printable(path)
     table = read_table(path)
     found = tuple(table.columns)
     columns = resolve(source, found, column_map)
@@ -117,7 +119,9 @@ def _channels(
         numbers = as_numbers(raw, str(places[name]), table.first_row)
         (check_finite if missing == "refuse" else check_huge)(numbers, places[name])
         # The signed zeros of exported files would otherwise show in every difference.
-        values[name] = numbers * column.scale + 0.0
+        with np.errstate(over="ignore"):
+            values[name] = numbers * column.scale + 0.0
+        check_size(values[name], numbers, places[name])
     return values, places
 
 
@@ -196,5 +200,5 @@ def _extra(
             ignored.append(name)
     if not ignored:
         return extra, []
-    text = f"{source}: columns left out, not numeric or of another length: {', '.join(ignored)}"
+    text = f"{source}: columns left out, not numeric or of another length: {listed(ignored)}"
     return extra, [RecordingWarning("ignored_column", text)]

@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from drill_env._errors import InputError
+from drill_env._errors import InputError, printable
 from drill_env._types import BoolArray, FloatArray, IntArray
 from drill_env.recordings.columns import ANGLES, VELOCITIES, Channel, missing_text
 
@@ -37,7 +37,7 @@ class RecordingWarning(UserWarning):
     """
 
     def __init__(self, code: str, message: str) -> None:
-        super().__init__(message)
+        super().__init__(printable(message))
         self.code = code
 
 

@@ -116,7 +116,10 @@ def parse_signal(text: str) -> Signal:
     Raises:
         InputError: an unknown kind or option, or a value that is no number.
     """
-    kind, *words = shlex.split(text) or [""]
+    try:
+        kind, *words = shlex.split(text) or [""]
+    except ValueError as error:
+        raise InputError(f"signal {text!r}: {error}; close the quotation") from error
     names = [entry.name for entry in fields(Signal)][1:]
     values: dict[str, float | int] = {}
     for option, value in zip(words[::2], [*words[1::2], ""], strict=False):

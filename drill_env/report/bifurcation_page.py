@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
+from jinja2 import Environment
+from jinja2.utils import htmlsafe_json_dumps
+from markupsafe import Markup
 
 from drill_env._files import write_text
 from drill_env.continuation import Diagram, Point
@@ -18,7 +21,7 @@ from drill_env.integrator import simulate
 _TRACES, _SAMPLES = 160, 160
 
 _SCRIPT = """
-const cycles = %s;
+const cycles = CYCLES;
 const plot = document.getElementById('{plot_id}');
 plot.on('plotly_click', event => {
   const key = event.points[0].customdata && event.points[0].customdata[0];
@@ -39,16 +42,16 @@ plot.on('plotly_click', event => {
 _PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<title>HEADING</title>
+<title>{{ heading }}</title>
 <style>body{font-family:system-ui,sans-serif;margin:1rem;max-width:1200px}
 .pair{display:grid;grid-template-columns:repeat(auto-fit,minmax(320px,1fr));gap:1rem}
 .pair div{min-height:340px}table{border-collapse:collapse;font-size:.9rem}
 td,th{padding:.2rem .6rem;border-bottom:1px solid #ddd;text-align:right}
 .wide{overflow-x:auto}</style></head>
-<body><h1>HEADING</h1>
+<body><h1>{{ heading }}</h1>
 <p>Solid: stable. Dashed: unstable. Click a limit cycle to see it.</p>
-PLOT<div class="pair"><div id="trace"></div><div id="phase"></div></div>
-<h2>Special points</h2><div class="wide">TABLE</div></body></html>
+{{ plot }}<div class="pair"><div id="trace"></div><div id="phase"></div></div>
+<h2>Special points</h2><div class="wide">{{ table }}</div></body></html>
 """
 
 
@@ -60,7 +63,7 @@ def save_diagram_page(diagram: Diagram, path: Path) -> None:
     write_text(path, page(figure, traces, _point_table(diagram), "Bifurcation diagram"))
 
 
-def page(figure: go.Figure, traces: list[dict[str, Any]], table: str, heading: str) -> str:
+def page(figure: go.Figure, traces: list[dict[str, Any]], table: Markup, heading: str) -> str:
     """The whole page.
 
     Args:
@@ -70,10 +73,12 @@ def page(figure: go.Figure, traces: list[dict[str, Any]], table: str, heading: s
         heading: of the page.
     """
     plot = figure.to_html(
-        full_html=False, include_plotlyjs=True, post_script=_SCRIPT % json.dumps(traces),
-        config={"responsive": True},
+        full_html=False, include_plotlyjs=True, config={"responsive": True},
+        post_script=_SCRIPT.replace("CYCLES", htmlsafe_json_dumps(traces)),
     )  # fmt: skip
-    return _PAGE.replace("HEADING", heading).replace("TABLE", table).replace("PLOT", plot)
+    template = Environment(autoescape=True).from_string(_PAGE)
+    # Plotly writes "<" in names as \u003c, so that no name ends the script.
+    return template.render(heading=heading, plot=Markup(plot), table=table)
 
 
 def _picked(diagram: Diagram) -> tuple[list[Point], dict[float, int]]:
@@ -140,14 +145,25 @@ def _add_cycles(figure: go.Figure, points: list[Point], keys: dict[float, int]) 
         )  # fmt: skip
 
 
-def _point_table(diagram: Diagram) -> str:
+def _point_table(diagram: Diagram) -> Markup:
     def period(seconds: float) -> str:
         return f"{seconds:.6f}" if math.isfinite(seconds) else ""
 
-    head = "<tr><th>name</th><th>kind</th><th>V</th><th>min</th><th>max</th><th>period s</th></tr>"
+    head = ("name", "kind", "V", "min", "max", "period s")
     rows = [
-        f"<tr><td>{p.name}</td><td>{p.kind}</td><td>{p.parameter:.8f}</td><td>{p.min:.6f}</td>"
-        f"<td>{p.max:.6f}</td><td>{period(p.period)}</td></tr>"
+        (p.name, p.kind, f"{p.parameter:.8f}", f"{p.min:.6f}", f"{p.max:.6f}", period(p.period))
         for p in diagram.points
     ]
-    return f"<table>{head}{''.join(rows)}</table>"
+    return html_table(head, rows)
+
+
+def html_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Markup:
+    """A plain table whose cells are text."""
+    cells = [("th", head), *(("td", row) for row in rows)]
+    lines = [
+        Markup("<tr>{}</tr>").format(
+            Markup().join(Markup("<{0}>{1}</{0}>").format(Markup(tag), cell) for cell in row)
+        )
+        for tag, row in cells
+    ]
+    return Markup("<table>{}</table>").format(Markup().join(lines))

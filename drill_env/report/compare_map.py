@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
 from drill_env.benchmark.measures import vibration_free
+from drill_env.report.names import drawn
 
 _LEAST, _MOST = 1e-3, 2.0
 _WIDTH, _ROW, _HEAD = 11.5, 0.27, 1.3
@@ -63,7 +64,7 @@ def _block(axes: Axes, runs: pd.DataFrame, names: list[str]) -> AxesImage:
         )  # fmt: skip
     axes.set_xlim(-0.5, len(setpoints) + 0.6)
     axes.set_xticks(range(len(setpoints)), [f"{s:g}" for s in setpoints], fontsize=8)
-    axes.set_yticks(range(len(names)), names, fontsize=9)
+    axes.set_yticks(range(len(names)), [drawn(name) for name in names], fontsize=9)
     axes.spines[:].set_visible(False)
     axes.tick_params(length=0)
     return image

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import html
-import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,6 +10,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from jinja2 import Environment, PackageLoader
+from jinja2.utils import htmlsafe_json_dumps
+from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 from drill_env._files import write_text
@@ -52,10 +52,11 @@ def save_compare_page(
         "loop": _open_loop(protocol.config.rig, protocol), "traces": _traces(files),
     }  # fmt: skip
     page = Environment(
-        loader=PackageLoader("drill_env.report", "templates"), autoescape=False
+        loader=PackageLoader("drill_env.report", "templates"), autoescape=True
     ).get_template("compare.html")
     text = page.render(
-        plotly=get_plotlyjs(), data=json.dumps(_plain(data), separators=(",", ":")),
+        plotly=Markup(get_plotlyjs()),
+        data=htmlsafe_json_dumps(_plain(data), separators=(",", ":")),
         protocol=protocol, tiers=[_tier(order, tier) for tier in ("E", "S")], told=told,
         facts=_facts_table(facts), start=protocol.main_start.replace("_", " "),
     )  # fmt: skip
@@ -67,7 +68,7 @@ def _tier(order: pd.DataFrame, tier: str) -> dict[str, Any]:
     levels = [name for name in ("L0", "L1", "L2", "L3") if name in rows]
     body = [
         [
-            str(row["rank"]), html.escape(str(row["controller"])), f"{row['mean_share']:.3f}",
+            str(row["rank"]), row["controller"], f"{row['mean_share']:.3f}",
             *(_share(row, level) for level in levels),
         ]
         for row in rows.to_dict("records")
@@ -75,12 +76,11 @@ def _tier(order: pd.DataFrame, tier: str) -> dict[str, Any]:
     return {"name": _TIER_NAMES[tier], "levels": levels, "rows": body}
 
 
-def _share(row: Mapping[str, Any], level: str) -> str:
+def _share(row: Mapping[str, Any], level: str) -> Markup:
     time = row[f"{level}_t50_s"]
     settled = f"{time:.1f} s" if math.isfinite(time) else "never"
-    return (
-        f"<b>{row[level]:.3f}</b> <small>{settled}<br>{row[f'{level}_low']:.3f} to "
-        f"{row[f'{level}_high']:.3f}</small>"
+    return Markup("<b>{:.3f}</b> <small>{}<br>{:.3f} to {:.3f}</small>").format(
+        row[level], settled, row[f"{level}_low"], row[f"{level}_high"]
     )
 
 
@@ -120,10 +120,13 @@ def _open_loop(rig: Rig, protocol: Protocol) -> dict[str, list[float]]:
     return {name: loop[name].round(4).tolist() for name in ("equilibrium", "min", "max")}
 
 
-def _facts_table(facts: pd.DataFrame) -> str:
+def _facts_table(facts: pd.DataFrame) -> Markup:
     if facts.empty:
-        return ""
-    return facts.to_html(index=False, border=0, na_rep="", float_format=lambda v: f"{v:.3g}")
+        return Markup()
+    # Pandas escapes what the cells hold.
+    return Markup(
+        facts.to_html(index=False, border=0, na_rep="", float_format=lambda v: f"{v:.3g}")
+    )
 
 
 def _plain(value: Any) -> Any:

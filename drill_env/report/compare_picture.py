@@ -15,6 +15,7 @@ from drill_env.benchmark import open_loop_diagram
 from drill_env.benchmark.measures import vibration_free
 from drill_env.parameters import Rig
 from drill_env.report.compare_map import compare_map
+from drill_env.report.names import drawn
 
 _BAD, _GOOD = "#c0392b", "#1f5fa8"
 _GRID_POINTS = 121
@@ -69,7 +70,7 @@ def compare_figure(runs: pd.DataFrame, rig: Rig, limit: float) -> Figure:
             _diagram(axes, loop)
             _bars(axes, group)
             count = f"{int(vibration_free(group).sum())} of {len(group)} free of vibration"
-            title = f"{name}, from {str(start).replace('_', ' ')}\n{count}"
+            title = f"{drawn(name)}, from {str(start).replace('_', ' ')}\n{count}"
             axes.set_title(title, fontsize=9, loc="left")
     figure.supxlabel("set point [rad/s]", fontsize=10)
     figure.supylabel(r"lower disc speed $\omega_l$ [rad/s]", fontsize=10)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
+from markupsafe import Markup
 
 from drill_env._files import write_text
 from drill_env._types import FloatArray
@@ -17,7 +18,7 @@ from drill_env.continuation.flow import CycleError
 from drill_env.continuation.loop_diagram import LoopDiagram
 from drill_env.continuation.loop_equilibria import motion_of
 from drill_env.continuation.loop_flow import LoopMotion
-from drill_env.report.bifurcation_page import page
+from drill_env.report.bifurcation_page import html_table, page
 
 _TRACES = 60
 _SAMPLES = 4
@@ -102,17 +103,14 @@ def _add(figure: go.Figure, rows: pd.DataFrame, name: str, colour: str, keys: li
         )  # fmt: skip
 
 
-def _point_table(found: LoopDiagram) -> str:
-    head = (
-        "<tr><th>kind</th><th>set point</th><th>V</th><th>min</th><th>max</th><th>period s</th>"
-        "<th>error</th><th>remark</th></tr>"
-    )
-    rows = []
-    for p in found.points:
-        volts = f"{p.cycle.volts[1]:.6f}" if isinstance(p.cycle, LoopMotion) else ""
-        rows.append(
-            f"<tr><td>{p.kind}</td><td>{p.parameter:.8f}</td><td>{volts}</td><td>{p.min:.6f}</td>"
-            f"<td>{p.max:.6f}</td><td>{p.period:.6f}</td><td>{p.error:.0e}</td>"
-            f"<td>{p.remark}</td></tr>"
+def _point_table(found: LoopDiagram) -> Markup:
+    head = ("kind", "set point", "V", "min", "max", "period s", "error", "remark")
+    rows = [
+        (
+            p.kind, f"{p.parameter:.8f}",
+            f"{p.cycle.volts[1]:.6f}" if isinstance(p.cycle, LoopMotion) else "",
+            f"{p.min:.6f}", f"{p.max:.6f}", f"{p.period:.6f}", f"{p.error:.0e}", p.remark,
         )
-    return f"<table>{head}{''.join(rows)}</table>"
+        for p in found.points
+    ]  # fmt: skip
+    return html_table(head, rows)

@@ -12,6 +12,7 @@ from drill_env.continuation import Diagram
 from drill_env.continuation.loop_diagram import LoopDiagram
 from drill_env.continuation.loop_tables import loop_table, open_loop_rows
 from drill_env.report.bifurcation_picture import STABLE, UNSTABLE, blank, mark_points, save
+from drill_env.report.names import drawn
 
 _COLOURS = {"none": "#9db7d5", "cycle": "#c0392b", "equilibrium": "k"}
 
@@ -37,7 +38,7 @@ def save_controlled_picture(
     if found is not None:
         table = loop_table(found, name)
         for kind in ("equilibrium", "cycle"):
-            label = f"{'equilibria' if kind == 'equilibrium' else 'cycles'}, {name}"
+            label = f"{'equilibria' if kind == 'equilibrium' else 'cycles'}, {drawn(name)}"
             _draw(axes, table[table.kind == kind], _COLOURS[kind], label)
         mark_points(axes, found.points)
     for start, mark in (("rest", "o"), ("limit_cycle", "x")):

@@ -10,6 +10,7 @@ from drill_env._files import replacing
 from drill_env._types import FloatArray, PathLike
 from drill_env.identification.drive import UNIT
 from drill_env.identification.replay import ReplayResult
+from drill_env.report.names import drawn
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -86,7 +87,7 @@ def _title(result: ReplayResult) -> str:
     ]
     if result.force_error is not None:
         parts.append(f"force error {100 * result.force_error:.2f} %")
-    return f"{Path(result.recording.source).name}: " + "; ".join(parts)
+    return f"{drawn(Path(result.recording.source).name)}: " + "; ".join(parts)
 
 
 def save_replay_picture(result: ReplayResult, path: PathLike) -> None:

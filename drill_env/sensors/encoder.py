@@ -8,9 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import butter
 
+from drill_env._checks import real
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.sensors.kernels import filter_series, lose_counts, start_filter
+
+# Counters have 32 bits, noise of a turn leaves nothing to read, and a delay of two swings of the
+# string is longer than any loop's.
+_LARGEST = {"counts_per_rev": 2.0**32, "noise_rad": 6.3, "delay_s": 10.0, "missed_per_count": 1.0}
+# Hz: a loop of the longest period then holds 20 000 samples of each environment.
+_FASTEST = 1e5
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,18 +46,19 @@ class Encoder:
 
     def __post_init__(self) -> None:
         for name in ("counts_per_rev", "noise_rad", "delay_s", "missed_per_count"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0):
-                raise InputError(f"encoder {name} is {value}: give 0 or greater")
-        if not (math.isfinite(self.rate_hz) and self.rate_hz > 0):
-            raise InputError(f"encoder rate_hz is {self.rate_hz}: give a rate greater than 0")
+            value = real(getattr(self, name), f"encoder {name}")
+            if not 0 <= value <= _LARGEST[name]:
+                raise InputError(f"encoder {name} is {value}: give 0 to {_LARGEST[name]:g}")
+        real(self.cutoff_hz, "encoder cutoff_hz")
+        if not 0 < real(self.rate_hz, "encoder rate_hz") <= _FASTEST:
+            raise InputError(
+                f"encoder rate_hz is {self.rate_hz}: give a rate greater than 0, to {_FASTEST:g}"
+            )
         if not 0 < self.cutoff_hz < 0.5 * self.rate_hz:
             raise InputError(
                 f"encoder cutoff_hz is {self.cutoff_hz}: give a frequency between 0 and half "
                 f"the sample rate, {0.5 * self.rate_hz:g} Hz"
             )
-        if self.missed_per_count > 1:
-            raise InputError(f"encoder missed_per_count is {self.missed_per_count}: give 0 to 1")
 
     @property
     def quantum(self) -> float:

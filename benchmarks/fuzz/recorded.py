@@ -1,0 +1,250 @@
+"""Harnesses of the readers of recordings: CSV, Parquet, MATLAB and the folder's manifest."""
+
+from __future__ import annotations
+
+import contextlib
+import gzip
+import io
+import os
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from hypothesis import strategies as st
+from scipy.io import savemat
+
+from benchmarks.fuzz.inputs import HOSTILE, mutated
+from benchmarks.fuzz.judge import Harness
+from drill_env import InputError
+from drill_env.recordings import Recording, _read_apart, apart, limits, parse_map, read_folder
+from drill_env.recordings.read import read_recording
+
+ROWS = 30
+
+
+def channels() -> dict[str, np.ndarray]:
+    """A short clean recording."""
+    t = np.arange(ROWS) / 100.0
+    angle = np.round(3.0 * t + 0.2 * np.sin(7.0 * t), 6)
+    return {"t": t, "u": np.round(2.0 + np.sin(9.0 * t), 4), "theta_u": angle, "theta_l": angle**2}
+
+
+def csv_text(separator: str = ",", end: str = "\n") -> bytes:
+    """The same as CSV."""
+    columns = channels()
+    rows = [
+        list(columns),
+        *([repr(float(v)) for v in row] for row in zip(*columns.values(), strict=True)),
+    ]
+    return end.join(separator.join(row) for row in rows).encode() + end.encode()
+
+
+def sane(recording: Recording) -> None:
+    """What was accepted is within the limits."""
+    assert limits.MOST_ROWS >= len(recording) >= 10
+    assert (np.diff(recording.t) > 0).all() and recording.duration <= limits.LONGEST_DURATION
+    assert np.median(np.diff(recording.t)) >= limits.SHORTEST_INTERVAL
+    for name, values in recording.channels().items():
+        known = values[np.isfinite(values)]
+        key = "torque" if name == "u" and recording.drive == "torque" else name
+        assert not np.isinf(values).any() and (np.abs(known) <= limits.LARGEST[key][0]).all()
+    for angle in recording.angles().values():
+        assert np.nanmax(angle) - np.nanmin(angle) <= limits.LARGEST_SPAN
+
+
+MAPS = ((), ("theta_u=theta_u:counts/1e3",), ("t=t:ms",), ("u=u:1e300",), ("torque=u:0.05",),
+        ("omega_u=theta_u:rpm",), ("t=t:1e-300",))  # fmt: skip
+
+
+def _read(path: Path, content: bytes, how: tuple[int, bool]) -> None:
+    path.write_bytes(content)
+    entries, keep = MAPS[how[0]], how[1]
+    sane(read_recording(path, parse_map(entries), missing="keep" if keep else "refuse"))
+
+
+ways = st.tuples(st.integers(0, len(MAPS) - 1), st.booleans())
+
+
+def read_csv(folder: Path, given: tuple[bytes, bool, tuple[int, bool]]) -> None:
+    """A text, gzipped first or not."""
+    content, packed, how = given
+    name = "run.csv.gz" if packed else "run.csv"
+    _read(folder / name, gzip.compress(content, 1) if packed else content, how)
+
+
+def read_packed(folder: Path, given: tuple[bytes, tuple[int, bool]]) -> None:
+    """A gzip archive that was damaged itself."""
+    _read(folder / "run.csv.gz", *given)
+
+
+TEXTS = (csv_text(), csv_text(";", "\r\n"), csv_text("\t", "\r"), b"\xef\xbb\xbf# " + csv_text())
+CSV = Harness("csv", st.tuples(mutated(TEXTS, text=True), st.booleans(), ways), read_csv)
+ARCHIVES = (gzip.compress(TEXTS[0]), gzip.compress(b"t,u\n" * 10**5))
+GZIP = Harness(
+    "gzip",
+    st.tuples(
+        mutated((gzip.compress(TEXTS[0]), gzip.compress(b"t,u\n" * 10**6)), text=False), ways
+    ),
+    read_packed,
+)
+
+
+@contextlib.contextmanager
+def forked() -> Iterator[None]:
+    """Read binary files in a fork of this process: a new one for each takes half a second."""
+    with mock.patch.object(apart, "_run", _forked):
+        yield
+
+
+def _forked(path: Path, kind: apart.Kind) -> bytes:
+    out = path.with_suffix(".out")
+    child = os.fork()
+    if child == 0:
+        status = 70
+        try:
+            with out.open("wb") as stream:
+                os.dup2(stream.fileno(), 1)
+            os.close(2)
+            given = apart._LIMITS | {"memory": 1_000_000_000, "seconds": 4}
+            status = _read_apart.main(kind, path, given)
+        finally:
+            os._exit(status)
+    try:
+        _, ended = os.waitpid(child, 0)
+    except BaseException:
+        os.kill(child, 9)
+        os.waitpid(child, 0)
+        raise
+    status = os.waitstatus_to_exitcode(ended)
+    if status:
+        raise InputError(f"{path}: {apart._reason(status, kind)}")
+    return out.read_bytes()
+
+
+def read_binary(folder: Path, given: tuple[str, bytes, tuple[int, bool]]) -> None:
+    """A Parquet or MATLAB file."""
+    with forked():
+        _read(folder / given[0], *given[1:])
+
+
+KINDS = (
+    pa.float64(), pa.float32(), pa.float16(), pa.int64(), pa.uint64(), pa.int8(), pa.bool_(),
+    pa.string(), pa.binary(), pa.null(), pa.timestamp("ns"), pa.date32(), pa.time64("us"),
+    pa.duration("s"), pa.decimal128(20, 3), pa.list_(pa.float64()), pa.large_string(),
+    pa.struct([("a", pa.int8())]), pa.dictionary(pa.int8(), pa.string()),
+)  # fmt: skip
+
+
+PACKERS = ("none", "snappy", "zstd", "gzip")
+
+
+@st.composite
+def parquet(draw: st.DrawFn) -> bytes:
+    """A valid Parquet file with columns of any kind."""
+    known = ["t", "u", "theta_u", "theta_l", "omega_u", "x", ""]
+    names = draw(st.lists(st.sampled_from([*known, *HOSTILE]), min_size=1, max_size=6))
+    columns, clean = [], channels()
+    for name in names:
+        kind = draw(st.sampled_from(KINDS))
+        values = clean.get(name)
+        if values is None or draw(st.integers(0, 3)) == 0:
+            columns.append(pa.nulls(ROWS, kind))
+            continue
+        try:
+            columns.append(pa.array(values).cast(kind, safe=False))
+        except (pa.ArrowInvalid, pa.ArrowNotImplementedError):
+            columns.append(pa.array(values))
+    table = pa.Table.from_arrays(columns, names=names)
+    out = io.BytesIO()
+    try:
+        pq.write_table(
+            table, out, compression=draw(st.sampled_from(["none", "snappy", "zstd", "gzip"]))
+        )
+    except (pa.ArrowNotImplementedError, pa.ArrowInvalid):
+        return parquet_seed()
+    return out.getvalue()
+
+
+def parquet_seed(**options: Any) -> bytes:
+    """The clean recording."""
+    out = io.BytesIO()
+    pq.write_table(pa.table({**channels(), "word": ["a"] * ROWS}), out, **options)
+    return out.getvalue()
+
+
+PARQUET_SEEDS = (
+    parquet_seed(compression="none"), parquet_seed(compression="zstd"),
+    parquet_seed(compression="gzip", use_dictionary=False, data_page_version="2.0"),
+)  # fmt: skip
+PARQUET = Harness(
+    "parquet",
+    st.tuples(
+        st.just("run.parquet"), st.one_of(mutated(PARQUET_SEEDS, text=False), parquet()), ways
+    ),
+    read_binary,
+)
+
+
+def mat_seed(**options: Any) -> bytes:
+    """The clean recording with what else a workspace may hold."""
+    out = io.BytesIO()
+    others = {
+        "s": {"a": 1.0, "b": "x"}, "c": np.array([1, "a"], dtype=object), "z": np.ones(3) * 1j,
+        "gain": 0.5, "flag": True, "word": "abc", "m": np.ones((2, 3), dtype=np.int16),
+    }  # fmt: skip
+    savemat(out, {**channels(), **others}, **options)
+    return out.getvalue()
+
+
+@st.composite
+def repacked(draw: st.DrawFn) -> bytes:
+    """A MATLAB file damaged inside its compressed parts, whose sizes and sums fit again."""
+    content = mat_seed()
+    start = draw(st.sampled_from([len(content) // 3, 128, 128 + 248]))
+    inside = draw(mutated((content[128:], content[start:]), text=False))
+    packed = zlib.compress(inside, 1)
+    return content[:128] + np.array([15, len(packed)], "<i4").tobytes() + packed
+
+
+MAT_SEEDS = (mat_seed(), mat_seed(do_compression=True), mat_seed(oned_as="row"))
+MAT = Harness(
+    "mat",
+    st.tuples(st.just("run.mat"), st.one_of(mutated(MAT_SEEDS, text=False), repacked()), ways),
+    read_binary,
+)
+
+MANIFEST = b"""[defaults]
+columns = { t = "t", u = "u", theta_u = "theta_u" }
+units = { t = "s", theta_u = "counts", theta_l = "rad" }
+counts_per_rev = 8192
+[[recording]]
+file = "run-*.csv"
+role = "fit"
+[[recording]]
+file = "other.csv"
+role = "holdout"
+closed_loop = true
+missing = "keep"
+note = "none"
+"""
+
+
+def read_manifest(folder: Path, content: bytes) -> None:
+    """A folder of two small recordings with this manifest."""
+    inside = folder / "set"
+    inside.mkdir(exist_ok=True)
+    for name in ("run-1.csv", "other.csv"):
+        if not (inside / name).exists():
+            (inside / name).write_bytes(csv_text())
+    (inside / "recordings.toml").write_bytes(content)
+    found = read_folder(inside)
+    for recording in (*found.stage1, *found.fit, *found.holdout):
+        sane(recording)
+
+
+FOLDER = Harness("manifest", mutated((MANIFEST,), text=True), read_manifest)

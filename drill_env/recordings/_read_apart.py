@@ -1,0 +1,137 @@
+"""The program that `apart` runs: reads a Parquet or MATLAB file, writes its columns as Arrow.
+
+It is run by its path and imports nothing of the package, so that it starts fast. Each column or
+constant is a stream of its own, since those of a MATLAB file need not be equally long.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+DAMAGED, TOO_LARGE, NEWER_MAT = 3, 4, 5
+"""Exit statuses, beside 0 and what a crash leaves."""
+
+CONSTANT = b"constant"
+"""Key in the schema of a single number that is no column."""
+
+
+class TooLarge(Exception):
+    """The file says itself that it holds more than is allowed."""
+
+
+def parquet_columns(path: Path, limits: dict[str, int]) -> Iterator[Any]:
+    """The columns of a Parquet file, each as a table of one column."""
+    import pyarrow.parquet as pq
+
+    with pq.ParquetFile(path) as file:
+        told = file.metadata
+        _within(told.num_rows, told.num_columns, limits)
+        unpacked = sum(told.row_group(i).total_byte_size for i in range(told.num_row_groups))
+        if unpacked > limits["bytes"]:
+            raise TooLarge
+        table = file.read(use_threads=False)
+    _within(table.num_rows, table.num_columns, limits)
+    if table.nbytes > limits["bytes"]:
+        raise TooLarge
+    # Rows that say more or less of their columns than was told end here.
+    table.validate(full=True)
+    for place in range(table.num_columns):
+        yield _plain(table.select([place]))
+
+
+def _plain(table: Any) -> Any:
+    """Nothing but numbers, text, truth values and times; another kind says so in words."""
+    import pyarrow as pa
+    import pyarrow.types as kinds
+
+    field = table.schema.field(0)
+    asked = (
+        kinds.is_integer, kinds.is_floating, kinds.is_boolean, kinds.is_string, kinds.is_null,
+        kinds.is_large_string, kinds.is_timestamp, kinds.is_date, kinds.is_time, kinds.is_duration,
+    )  # fmt: skip
+    column = table.column(0)
+    if kinds.is_decimal(field.type) or kinds.is_float16(field.type):
+        column = column.cast(pa.float64())
+    elif not any(is_kind(field.type) for is_kind in asked):
+        column = pa.repeat(str(field.type)[:80], table.num_rows)
+    return pa.table({field.name: column})
+
+
+def mat_columns(path: Path, limits: dict[str, int]) -> Iterator[Any]:
+    """The vectors of a MATLAB file as columns and its single numbers as constants."""
+    import numpy as np
+    import pyarrow as pa
+    from scipy.io import loadmat, whosmat
+
+    shapes = [(shape, name) for name, shape, _ in whosmat(path) if not name.startswith("__")]
+    for shape, _ in shapes:
+        values = 1
+        for length in shape:
+            values *= int(length)
+        _within(values, len(shapes), limits | {"values": limits["values"] * len(shapes)})
+    content = loadmat(path, variable_names=[name for _, name in shapes])
+    for name, value in content.items():
+        array = np.asarray(value)
+        if name.startswith("__") or array.dtype.kind not in "fiub" or array.size == 0:
+            continue
+        kind = bool if array.dtype.kind == "b" else float
+        if array.size == 1:
+            number = pa.table({name: [float(array.item())]})
+            yield number.replace_schema_metadata({CONSTANT: b"1"})
+        elif array.ndim <= 2 and max(array.shape) == array.size:
+            yield pa.table({name: pa.array(array.ravel().astype(kind))})
+
+
+def _within(rows: int, columns: int, limits: dict[str, int]) -> None:
+    if rows > limits["rows"] or columns > limits["columns"] or rows * columns > limits["values"]:
+        raise TooLarge
+
+
+def confine(memory: int, seconds: int) -> None:
+    """Let this process take so many bytes and seconds of CPU more than now, and dump no core."""
+    try:
+        import resource
+
+        last = math.ceil(time.process_time()) + seconds
+        resource.setrlimit(resource.RLIMIT_CPU, (last, last))
+
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+        most = pages * resource.getpagesize() + memory
+        resource.setrlimit(resource.RLIMIT_AS, (most, most))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    except (ImportError, OSError, ValueError):
+        # Systems without such limits: what the file says of its size is checked all the same.
+        return
+
+
+def main(kind: str, path: Path, limits: dict[str, int]) -> int:
+    """Write the columns to standard output; returns the exit status."""
+    import pyarrow as pa
+
+    reader = {"parquet": parquet_columns, "mat": mat_columns}[kind]
+    # Imported before the limit, which counts what the process has already.
+    __import__({"parquet": "pyarrow.parquet", "mat": "scipy.io"}[kind])
+    confine(limits["memory"], limits["seconds"])
+    try:
+        for table in reader(path, limits):
+            with pa.ipc.new_stream(sys.stdout.buffer, table.schema) as stream:
+                stream.write_table(table)
+    except (TooLarge, MemoryError):
+        return TOO_LARGE
+    except NotImplementedError:
+        return NEWER_MAT if kind == "mat" else DAMAGED
+    except Exception as error:
+        # Whatever the libraries raise on damaged bytes means the same.
+        print(f"{type(error).__name__}: {error}"[:500], file=sys.stderr)
+        return DAMAGED
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1], Path(sys.argv[2]), json.loads(sys.argv[3])))

@@ -1,0 +1,108 @@
+"""Binary files, read in a process of their own: a damaged one may crash it, or want all memory.
+
+The libraries that read them are compiled, and a few changed bytes end scipy's reader of MATLAB
+files by a segmentation fault.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+from drill_env._errors import InputError
+from drill_env.recordings import limits
+from drill_env.recordings._read_apart import CONSTANT, NEWER_MAT, TOO_LARGE
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+Kind: TypeAlias = Literal["parquet", "mat"]
+_NAMES: dict[Kind, str] = {"parquet": "Parquet", "mat": "MATLAB"}
+_PROGRAM = Path(__file__).with_name("_read_apart.py")
+_LIMITS = {
+    "rows": limits.MOST_ROWS, "columns": limits.MOST_COLUMNS, "values": limits.MOST_VALUES,
+    "bytes": limits.MOST_BYTES, "memory": limits.MOST_MEMORY,
+}  # fmt: skip
+
+
+def read_apart(
+    path: Path, kind: Kind
+) -> tuple[list[tuple[str, pa.ChunkedArray]], dict[str, float]]:
+    """Names and values of the columns of a Parquet or MATLAB file, and its constants.
+
+    Args:
+        path: of the file.
+        kind: what it is.
+
+    Raises:
+        InputError: the file is damaged, too large, or of a kind that is not read.
+    """
+    import pyarrow as pa
+
+    content = _run(path, kind)
+    columns: list[tuple[str, pa.ChunkedArray]] = []
+    constants: dict[str, float] = {}
+    source = pa.BufferReader(content)
+    while source.tell() < len(content):
+        table = pa.ipc.open_stream(source).read_all()
+        name = table.schema.field(0).name
+        if (table.schema.metadata or {}).get(CONSTANT):
+            constants[name] = float(table.column(0)[0].as_py())
+        else:
+            columns.append((name, table.column(0)))
+    return columns, constants
+
+
+def reading_seconds(size: int) -> int:
+    """Seconds of CPU for a file of so many bytes."""
+    return limits.READING_SECONDS + size // limits.READING_RATE
+
+
+_TOO_LONG = (
+    "reading it takes far longer than a whole file would; it is damaged or too large, copy it "
+    "again or export it as CSV"
+)
+# SIGXCPU, which Windows has no name for.
+_OUT_OF_TIME = 24
+
+
+def _run(path: Path, kind: Kind) -> bytes:
+    # -P: no module beside the program may hide one of the libraries'.
+    given = json.dumps(_LIMITS | {"seconds": reading_seconds(path.stat().st_size)})
+    command = [sys.executable, "-P", str(_PROGRAM), kind, str(path), given]
+    # Pools that reserve addresses ahead would count as memory.
+    environment = {**os.environ, "ARROW_DEFAULT_MEMORY_POOL": "system", "OPENBLAS_NUM_THREADS": "1"}
+    try:
+        done = subprocess.run(
+            command, stdin=subprocess.DEVNULL, capture_output=True, env=environment,
+            timeout=limits.LONGEST_READING, check=False,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired as error:
+        raise InputError(f"{path}: {_TOO_LONG}") from error
+    if done.returncode == 0:
+        return done.stdout
+    raise InputError(f"{path}: {_reason(done.returncode, kind)}")
+
+
+def _reason(status: int, kind: Kind) -> str:
+    if status == TOO_LARGE:
+        return too_large_text()
+    if status == -_OUT_OF_TIME:
+        return _TOO_LONG
+    if status == NEWER_MAT:
+        return "MATLAB 7.3 files are not read; save it with save(…, '-v7')"
+    return f"not a whole {_NAMES[kind]} file; copy it again, or export it as CSV"
+
+
+def too_large_text() -> str:
+    """The message for a file beyond the limits."""
+    return (
+        f"too large for a recording of the rig, which is at most {limits.MOST_ROWS:.0e} rows, "
+        f"{limits.MOST_COLUMNS} columns, {limits.MOST_VALUES:.0e} values and "
+        f"{limits.MOST_BYTES:.0e} bytes once unpacked; cut it into pieces, keep fewer columns or "
+        "fewer samples per second"
+    )
