@@ -9,14 +9,14 @@ of Box, Journal of the Royal Statistical Society A 143, 1980).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.held_out import Judged
-from drill_env.diagnosis.noise_floor import sensor_noise
+from drill_env.diagnosis.noise_floor import mean_square, sensor_noise
 from drill_env.diagnosis.rounds import Found, is_named
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.strikes import Once
@@ -68,19 +68,11 @@ def that_explain(
         return found
     if any(isinstance(s, Named) and s.effect.common for s in sources):
         return found
-    first, last = (_square(j.short - j.measured for j in judged) for judged in (before, after))
+    first, last = (mean_square(j.short - j.measured for j in judged) for judged in (before, after))
     sensor = sum(s**2 for s in sensor_noise(found.final.noise, after[0].channels))
-    noise = _square(drawn["short"]) + sensor
+    noise = mean_square(drawn["short"]) + sensor
     share = explained_share(first, last, noise if noise <= _ALIKE * last else sensor)
     found = replace(found, explained=share)
     if share >= criteria.share:
         return found
     return replace(found, final=found.base, refuted=found.final)
-
-
-def _square(errors: Iterable[FloatArray]) -> float:
-    """Mean squared error, of both readings together."""
-    both = np.concatenate(list(errors))
-    parts = [read[~np.isnan(read)] for read in both.T]
-    with np.errstate(over="ignore"):
-        return float(sum(np.mean(read**2) for read in parts if len(read)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from scipy.signal import lfilter
@@ -57,6 +57,14 @@ def errors_by_noise(
         for which, rows in (("free", given.restarts), ("short", spans)):
             out[which].append(_shaken(given, extended, torque, j.motion, rows))
     return out
+
+
+def mean_square(errors: Iterable[FloatArray]) -> float:
+    """Mean squared error of recordings, of both readings together."""
+    both = np.concatenate(list(errors))
+    parts = [read[~np.isnan(read)] for read in both.T]
+    with np.errstate(over="ignore"):
+        return float(sum(np.mean(read**2) for read in parts if len(read)))
 
 
 def noise_floor(
