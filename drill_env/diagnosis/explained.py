@@ -12,8 +12,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from drill_env._types import FloatArray
 from drill_env.diagnosis.held_out import Judged
 from drill_env.diagnosis.noise_floor import mean_square, sensor_noise
