@@ -184,7 +184,7 @@ def _result(
             "fit": [c.samples.recording.source for c in fold.setting.cuts],
             "holdout": [c.samples.recording.source for c in fold.unseen],
         },
-        _grades(first, stands), [_predictions(c) for c in choices],
+        _grades(first, stands), [_predictions(c, stands) for c in choices],
     )  # fmt: skip
     return replace(result, sentences=sentences_by_prediction(result))
 
@@ -284,11 +284,11 @@ def _grades(first: Choice | None, stands: bool) -> Grade | None:
     )  # fmt: skip
 
 
-def _predictions(choice: Choice) -> list[Prediction]:
+def _predictions(choice: Choice, stands: bool) -> list[Prediction]:
     return [
         Prediction(
             t.candidate.id, t.row.gain, t.row.error, t.row.z, list(t.row.by_lead), t.row.numbers,
-            t.row.weight, t is choice.chosen and not choice.remainder,
+            t.row.weight, stands and t is choice.chosen and not choice.remainder,
         )
         for t in sorted(choice.tried, key=lambda t: -t.row.gain)
     ]  # fmt: skip

@@ -96,6 +96,8 @@ def _lead_figure(leads: FloatArray, before: FloatArray, after: FloatArray) -> Ma
                     leads, rms[:, disc], color=colour, ls=("-", "--")[disc], marker="o", ms=3,
                     label=name + which,
                 )  # fmt: skip
+        axis.set_xticks(leads, [f"{lead:.2g}" for lead in leads.tolist()])
+        axis.set_xticks([], minor=True)
         axis.set_xlabel("time ahead [s]")
         axis.set_ylabel("error [rad]")
         legend(axis)
