@@ -38,6 +38,8 @@ VERDICTS = {
     "missing_physics": ("bad", "Physics is missing from the model"),
     "unexplained": ("bad", "Something is missing that has no name"),
 }
+# Of the driven disc: a share of the brake's friction is none there.
+_UNITS = {"torque": "Nm", "friction": "Nm", "damping": "Nm s/rad"}
 _DISCS = ("upper", "lower")
 # Windows in a row that are drawn, and rows of each.
 _DRAWN, _ROWS = 6, 60
@@ -153,5 +155,5 @@ def _shape_figure(shape: FoundShape) -> Markup:
         axis = figure.axes[0]
         axis.plot(shape.knots, shape.values, color=AFTER, marker="o", ms=3, lw=1.3)
         axis.set_xlabel(shape.coordinate)
-        axis.set_ylabel("torque [Nm]" if shape.sort == "torque" else f"{shape.sort} [share]")
+        axis.set_ylabel(f"{shape.sort} [{_UNITS.get(shape.sort, 'share')}]")
     return inline(figure, "shape", "the function that was found")
