@@ -19,6 +19,7 @@ from drill_env import InputError, Rig
 from drill_env.cli._common import plain
 from drill_env.cli.main import app
 from drill_env.diagnosis.attempts import restated
+from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.diagnose import diagnose
 from drill_env.diagnosis.held_out import judge
@@ -31,7 +32,6 @@ from drill_env.diagnosis.probability import rivals
 from drill_env.diagnosis.result import digits_of
 from drill_env.diagnosis.rounds import Attempt, Found, Round
 from drill_env.diagnosis.schema import schema
-from drill_env.diagnosis.search import base_fit
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 from drill_env.identification.initial_state import state_at

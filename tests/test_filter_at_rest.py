@@ -13,12 +13,12 @@ from benchmarks.concealed.signals import signal
 from drill_env import Rig
 from drill_env.diagnosis import extended, joint, within
 from drill_env.diagnosis.at_rest import best_at_rest
+from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.extended import evaluate, whitened
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.ground import ground_at
 from drill_env.diagnosis.joint import joint_step, overreaches
 from drill_env.diagnosis.moves import added
-from drill_env.diagnosis.search import base_fit
 from drill_env.diagnosis.terms import Named, Term, with_terms
 from drill_env.effects import LIBRARY
 from drill_env.identification.noise import NoiseModel

@@ -9,10 +9,10 @@ import pytest
 
 from benchmarks.concealed.recordings import Hidden
 from drill_env import Rig
+from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.joint import descend_jointly
 from drill_env.diagnosis.moves import added
 from drill_env.diagnosis.resonance import resonates, retuned
-from drill_env.diagnosis.search import base_fit
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 from drill_env.identification.samples import prepare

@@ -9,6 +9,7 @@ import pytest
 
 from benchmarks.concealed.recordings import Hidden
 from drill_env import Rig
+from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.first_look import first_look
 from drill_env.diagnosis.fit import Fit, Setting
@@ -16,7 +17,6 @@ from drill_env.diagnosis.ground import ground_at
 from drill_env.diagnosis.joint import TORQUES, descend_jointly
 from drill_env.diagnosis.rounds import NEEDED, Attempt, rigs_own
 from drill_env.diagnosis.scan import score_shapes
-from drill_env.diagnosis.search import base_fit
 from drill_env.diagnosis.shapes import free_shapes
 from drill_env.identification.samples import prepare
 from tests.made_recordings import FREE, made

@@ -8,7 +8,8 @@ import pytest
 
 from benchmarks.concealed.recordings import Hidden
 from drill_env import Rig
-from drill_env.diagnosis.search import base_fit, search
+from drill_env.diagnosis.base import base_fit
+from drill_env.diagnosis.search import search
 from drill_env.effects import LIBRARY
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.samples import prepare

@@ -27,6 +27,7 @@ from benchmarks.concealed.seal import open_answers
 from benchmarks.concealed.terms import in_tool_terms
 from drill_env._errors import InputError
 from drill_env._files import make_folder, write_text
+from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.extended import evaluate, motion_of
 from drill_env.diagnosis.first_look import first_look
 from drill_env.diagnosis.fit import Fit, Setting, strain
@@ -36,7 +37,6 @@ from drill_env.diagnosis.joint import descend_jointly, polished
 from drill_env.diagnosis.moves import added
 from drill_env.diagnosis.offered import free_parameters
 from drill_env.diagnosis.scan import score_effects
-from drill_env.diagnosis.search import base_fit
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.diagnosis.within import within_filter
 from drill_env.effects import LIBRARY

@@ -10,13 +10,13 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from drill_env._errors import InputError
+from drill_env.diagnosis.answer import answer
 from drill_env.diagnosis.by_prediction import PredictionDiagnosis, diagnose_by_prediction
 from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.evidence import Weighed, decided
 from drill_env.diagnosis.explained import that_explain
-from drill_env.diagnosis.faults import Fault, find_faults
-from drill_env.diagnosis.fit import Fit
+from drill_env.diagnosis.faults import find_faults
 from drill_env.diagnosis.held_out import (
     HORIZON,
     Judged,
@@ -24,29 +24,17 @@ from drill_env.diagnosis.held_out import (
     judged_channels,
     rms,
 )
-from drill_env.diagnosis.intervals import changes, significant
 from drill_env.diagnosis.law import LawFit, law_fit
 from drill_env.diagnosis.left_over import with_remainder
-from drill_env.diagnosis.locate import describe, locate
-from drill_env.diagnosis.named import named_effects
-from drill_env.diagnosis.next_experiment import next_experiment
-from drill_env.diagnosis.noise_floor import errors_by_noise, noise_floor
-from drill_env.diagnosis.offered import free_parameters, is_parameter, offered_effects
+from drill_env.diagnosis.noise_floor import errors_by_noise
+from drill_env.diagnosis.offered import free_parameters, offered_effects
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.predicted import with_predictions
-from drill_env.diagnosis.probability import rivals
 from drill_env.diagnosis.result import (
-    Alternative,
-    Change,
     DiagnosisResult,
-    Located,
-    NamedEffect,
-    Verdict,
 )
-from drill_env.diagnosis.rounds import BELIEVED, Found, is_named
+from drill_env.diagnosis.rounds import Found
 from drill_env.diagnosis.search import find
-from drill_env.diagnosis.sentences import sentences
-from drill_env.diagnosis.terms import Term
 from drill_env.identification.drive import torque_driven, with_known_scale
 from drill_env.identification.readings import made_of_twist
 from drill_env.identification.samples import Samples, prepare
@@ -187,7 +175,7 @@ def _diagnose(
     law, found, held, before, after, table = _held_out(found, law, held, options.seed)
     base = law.before if law else found.base
     faults = [f for f in find_faults(found.setting, found.final) if f.id not in options.leave_out]
-    result = _result(found, base, rig, law, faults, before, after, held, options)
+    result = answer(found, base, rig, law, faults, before, after, held, options)
     result = with_predictions(result, table)
     return Diagnosis(
         result, found, rig, extended_rig(found.final.rig, found.final.terms), before, after,
@@ -232,128 +220,3 @@ def _far_further(before: Sequence[Judged], after: Sequence[Judged]) -> bool:
         if before and 0.0 < rms(before, "short", i) < math.inf
     ]
     return bool(shares) and not min(shares) <= _FAR_WORSE
-
-
-def _result(
-    found: Found, base: Fit, start: Rig, law: LawFit | None, faults: list[Fault],
-    before: tuple[Judged, ...], after: tuple[Judged, ...], held: Sequence[Samples],
-    options: DiagnosisOptions,
-) -> DiagnosisResult:  # fmt: skip
-    final, setting = found.final, found.setting
-    changed = changes(setting, final, start, seed=options.seed)
-    scale = 0.0 if {"Ju", "km"} & set(options.fixed) else options.doubt
-    effects = named_effects(found, law, faults, scale)
-    shaped = [t for t in (*final.terms, found.untold) if t is not None and not is_named(t)]
-    verdict = _verdict(found, effects, bool(shaped), changed, options)
-    inside = [t.id for t in final.terms]
-    # Another law and faults of the recordings are no candidates of the search.
-    leading = next((e.id for e in effects if e.id in inside), shaped[0].id if shaped else "")
-    known = {*inside, *(e.id for e in effects)}
-    alternatives = [
-        Alternative(*rival)
-        for rival in rivals(found, leading, known)
-        # What no candidate accounts for is not confused with those that were given up.
-        if found.untold is None or effects or rival[0] in found.given_up
-    ]
-    # The menu is of the rig's voltages.
-    plays = setting.samples[0].recording.drive == "voltage"
-    experiment = next_experiment(found) if final.terms and plays else None
-    result = DiagnosisResult(
-        verdict, _located(found, effects, shaped, verdict), effects, alternatives,
-        describe(shaped[0]) if shaped else None, changed,
-        _fit(found, base, before, after, held, options.seed),
-        final.noise.named(velocities=any(s.angles.shape[1] > 2 for s in setting.samples)),
-        [f.text for f in faults], [], experiment,
-        {
-            "fit": [s.recording.source for s in setting.samples],
-            "holdout": [s.recording.source for s in held],
-        },
-    )  # fmt: skip
-    return replace(result, sentences=sentences(result, found.given_up, looked=bool(found.rounds)))
-
-
-def _verdict(
-    found: Found, effects: list[NamedEffect], shaped: bool, changed: dict[str, Change],
-    options: DiagnosisOptions,
-) -> Verdict:  # fmt: skip
-    if shaped:
-        return "unexplained"
-    if effects:
-        return "missing_physics"
-    # What is in the final fit is missing from the rig, though none of it may be called by a name.
-    if found.refuted is not None or found.final.terms:
-        return "unexplained"
-    if options.given_rig and significant(changed):
-        return "parameters"
-    return "consistent"
-
-
-def _located(
-    found: Found, effects: list[NamedEffect], shaped: list[Term], verdict: Verdict
-) -> Located | None:
-    """Where what leads acts; a name that was given up tells at least where the mismatch sits."""
-    fit = found.final
-    if found.untold is not None:
-        return locate(found.setting, fit, found.untold)
-    if not fit.terms and found.refuted is not None:
-        fit = found.refuted
-    if not fit.terms:
-        return _law_located(effects)
-    leading = min(fit.terms, key=lambda t: not is_parameter(t.id))
-    return locate(found.setting, fit, shaped[0] if shaped and verdict == "unexplained" else leading)
-
-
-def _law_located(effects: list[NamedEffect]) -> Located | None:
-    if not effects:
-        return None
-    first = effects[0]
-    depends = {"friction_shape": "omega_l"}.get(first.id, "time")
-    equation = "lower" if first.id == "friction_shape" else "both"
-    return Located(
-        first.component, equation, depends, "", [], {}, None, None,
-        {"upper": 0.0, "lower": 0.0}, {"upper": 0.0, "lower": 0.0},
-    )  # fmt: skip
-
-
-def _fit(
-    found: Found, base: Fit, before: tuple[Judged, ...], after: tuple[Judged, ...],
-    held: Sequence[Samples], seed: int,
-) -> dict:  # fmt: skip
-    out: dict = {
-        "fitted": {
-            "log_likelihood": {"before": -0.5 * base.value, "after": -0.5 * found.final.value},
-            "criterion_gain": base.bic - found.final.bic,
-            "needed": BELIEVED,
-        }
-    }
-    if found.explained < 1.0:
-        out["explained"] = found.explained
-    if found.remainder is not None:
-        left = zip(("upper", "lower"), found.remainder.sizes, found.remainder.shares, strict=True)
-        out["remainder"] = {
-            disc: {"rms_Nm": size, "predictable": part} for disc, size, part in left
-        }
-    if not held:
-        return out
-    drawn = errors_by_noise(held, found.final, after, seed)
-    floor = noise_floor(drawn, found.final.noise, judged_channels(held[0]))
-    for key, which in (("holdout", "free"), ("five_second_prediction", "short")):
-        out[key] = {
-            name: {
-                "before_rms": _plain(rms(before, which, i)),
-                "after_rms": _plain(rms(after, which, i)),
-                "floor_rms": _plain(floor[which][name]),
-            }
-            for i, name in enumerate(judged_channels(held[0]))
-            if any(np.isfinite(j.measured[:, i]).any() for j in before)
-        }
-    out["holdout"]["log_likelihood"] = {
-        "before": -0.5 * sum(j.value for j in before),
-        "after": -0.5 * sum(j.value for j in after),
-        "floor": -0.5 * sum(j.floor for j in after),
-    }
-    return out
-
-
-def _plain(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -11,13 +11,14 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.diagnosis.attempts import restated
+from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import remaining
 from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.remainder import PREDICTABLE, Latent, remainder_of
 from drill_env.diagnosis.rounds import NEEDED, Found
-from drill_env.diagnosis.search import base_fit, find
+from drill_env.diagnosis.search import find
 from drill_env.effects import Effect
 from drill_env.friction import lower_curve
 from drill_env.identification.coordinates import active_names

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from drill_env._errors import InputError
 from drill_env.diagnosis.attempts import (
     FIRST_ROUNDS,
     attempted,
@@ -20,15 +18,13 @@ from drill_env.diagnosis.attempts import (
     tightened,
     with_resonances_retuned,
 )
-from drill_env.diagnosis.clock import cleaned, with_uncertain_times
+from drill_env.diagnosis.base import cleaned_base
 from drill_env.diagnosis.contest import contest
-from drill_env.diagnosis.extended import evaluate, motion_of
-from drill_env.diagnosis.faults import clock_jitter
 from drill_env.diagnosis.first_look import first_look
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.ground import ground_at
-from drill_env.diagnosis.joint import SIZES, TORQUES, descend_jointly, polished
-from drill_env.diagnosis.moves import own_values, with_new_motions
+from drill_env.diagnosis.ground import Ground, ground_at
+from drill_env.diagnosis.joint import SIZES, TORQUES, polished
+from drill_env.diagnosis.moves import own_values
 from drill_env.diagnosis.rounds import (
     BELIEVED,
     NEEDED_BESIDE,
@@ -50,46 +46,17 @@ from drill_env.diagnosis.unusual import unusual
 from drill_env.diagnosis.waves import Wave, free_waves, score_waves
 from drill_env.diagnosis.within import within_filter
 from drill_env.effects import Effect
-from drill_env.identification.coordinates import Coordinates
-from drill_env.identification.noise import NoiseModel
-from drill_env.identification.noise_of_recording import noise_shown
-from drill_env.identification.prediction_error import path_of
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
 
-_RELEASE = 6.0
 # Effects and shapes that get a first look; a rig without what it lacks most scores badly.
 _WIDTHS, _LATER_WIDTHS = (12, 5), (7, 3)
 _TRIED, _TRIED_SHAPES, _TRIED_WAVES = 6, 3, 2
-_BASE_ROUNDS = 25
 # Criteria by score that are worth a look: scores fall short of the gain that a fit with its noise
 # reaches. Beside what was found more is needed, and where the noise is usual scores are true.
 _WORTH, _WORTH_BESIDE, _WORTH_BESIDE_IF_USUAL = -15.0, 0.0, 10.0
 
 Report = Callable[[str], None]
-
-
-def base_fit(
-    samples: Sequence[Samples], rig: Rig, free: Sequence[str], doubt: float = 0.05
-) -> tuple[Setting, Fit]:
-    """Fit the rig alone, held near the start where it does not explain the recordings."""
-    coordinates = Coordinates(rig, tuple(free))
-    samples = [replace(s, release=_RELEASE) for s in samples]
-    shown = noise_shown([s.recording for s in samples], samples[0].relative)
-    setting = Setting(tuple(samples), coordinates, doubt, shown=shown)
-    noise = replace(NoiseModel(), **setting.shown)
-    motions = [motion_of(s, noise, path_of(s, rig, noise, s.starts)) for s in samples]
-    # Weights would hold a filter back that starts with a wrong rig and too little noise.
-    plain = replace(setting, robust=math.inf)
-    here = evaluate(plain, coordinates.vector(rig), (), noise, [s.starts for s in samples], motions)
-    if not math.isfinite(here.value):
-        raise InputError(
-            "the given rig has no likelihood on these recordings: look for readings that are "
-            "infinite, and for a rig file with numbers far from the rig's"
-        )
-    here = descend_jointly(plain, here, limit=_BASE_ROUNDS, enough=1.0, only=None)
-    setting = replace(setting, wide=here.noise)
-    return setting, with_new_motions(setting, here)
 
 
 def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report) -> Round:
@@ -107,42 +74,69 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     others = [effect for effect in effects if effect.id not in present]
     # Slopes tell little of these; where much is missing the likelihood itself is asked.
     peaked = [effect for effect in others if has_peaks(effect)]
-    usual = unusual(setting, fit)
-    scored = [e for e in others if e not in peaked] if usual else others
-    named = score_effects(ground, scored)
-    shapes = score_shapes(ground, free_shapes(fit.motions))
-    price = np.log(fit.count)
-    wanted = {effect.id for effect in effects}
-    waves = score_waves(ground, free_waves(wanted))
-    strikes = score_strikes(ground)
-    found = [pair for pair in (slips(ground, 0), slips(ground, 1)) if pair is not None]
-    lost = [(term, gain) for term, gain in found if term.id in wanted]
-    wide, wide_shapes = _LATER_WIDTHS if fit.terms else _WIDTHS
-    struck = named_strikes(ground, strikes, effects)
-    likely = (*named[:wide], *shapes[:wide_shapes], *waves, *strikes, *struck)
-    least = _least(fit, not usual)
-    hopeful = [s for s in likely if s.gain - s.own - s.numbers * price > least]
-    hopeful += [Scored(term, gain) for term, gain in lost if gain - len(term.q) * price > 0.0]
+    noise = unusual(setting, fit)
+    scores = _scores(ground, [e for e in others if not noise or e not in peaked], effects)
     done: list[Attempt] = []
-    for start in _starts(setting, fit, hopeful):
+    for start in _starts(setting, fit, _hopeful(ground, scores, effects, bool(noise))):
         report(f"trying {start.terms[-1].id}")
         done.append(carried_on(setting, fit, start, FIRST_ROUNDS))
-    done = heated(setting, fit, done, TORQUES if usual else SIZES)
+    done = heated(setting, fit, done, TORQUES if noise else SIZES)
     for effect in peaked if _left_unusual(setting, fit, done) else confused_with(done, peaked):
         report(f"trying {effect.id}")
         found = descended(ground, effect, done)
         done += [found] if found else []
     done = with_resonances_retuned(setting, fit, done)
-    if usual and _left_unusual(setting, fit, done):
+    if noise and _left_unusual(setting, fit, done):
         report("trying with the usual noise")
-        done = sorted([*done, *tightened(setting, fit, done, usual)], key=lambda a: -a.gain)
+        done = sorted([*done, *tightened(setting, fit, done, noise)], key=lambda a: -a.gain)
     done = [a for a in best_of_each(done) if not faint(a.term, a.gain)]
     done = [a for a in done if not broken_counts(a.term, setting.samples)]
     return Round(
-        fit, (*named, *shapes, *waves, *strikes),
+        fit, tuple(score for kind in scores for score in kind),
         tuple(a for a in done if is_named(a.term) and not at_its_limit(a, done)),
         tuple(a for a in done if not is_named(a.term) and not rigs_own(a)),
     )  # fmt: skip
+
+
+def _scores(
+    ground: Ground, scored: Sequence[Effect], effects: Sequence[Effect]
+) -> tuple[list[Scored], ...]:
+    """Scores of names, free shapes, waves and strikes, each the best first.
+
+    Args:
+        ground: where they are taken.
+        scored: effects that are.
+        effects: the library; what it has is no free wave.
+    """
+    return (
+        score_effects(ground, scored), score_shapes(ground, free_shapes(ground.fit.motions)),
+        score_waves(ground, free_waves({effect.id for effect in effects})), score_strikes(ground),
+    )  # fmt: skip
+
+
+def _hopeful(
+    ground: Ground, scores: tuple[list[Scored], ...], effects: Sequence[Effect], noisy: bool
+) -> list[Scored]:
+    """Candidates by whose scores a look is worth its time; lost counts have no score.
+
+    Args:
+        ground: where the scores were taken.
+        scores: of `_scores`.
+        effects: the library.
+        noisy: whether a latent torque is slow or fast.
+    """
+    fit, wanted = ground.fit, {effect.id for effect in effects}
+    named, shapes, waves, strikes = scores
+    wide, wide_shapes = _LATER_WIDTHS if fit.terms else _WIDTHS
+    struck = named_strikes(ground, strikes, effects)
+    likely = (*named[:wide], *shapes[:wide_shapes], *waves, *strikes, *struck)
+    least, price = _least(fit, noisy), np.log(fit.count)
+    lost = [pair for pair in (slips(ground, 0), slips(ground, 1)) if pair is not None]
+    return [
+        *(s for s in likely if s.gain - s.own - s.numbers * price > least),
+        *(Scored(*pair) for pair in lost
+          if pair[0].id in wanted and pair[1] - len(pair[0].q) * price > 0.0),
+    ]  # fmt: skip
 
 
 def _left_unusual(setting: Setting, fit: Fit, done: Sequence[Attempt]) -> bool:
@@ -151,11 +145,11 @@ def _left_unusual(setting: Setting, fit: Fit, done: Sequence[Attempt]) -> bool:
     return bool(unusual(setting, fit if best is None else best.fit))
 
 
-def _least(fit: Fit, usual: bool) -> float:
+def _least(fit: Fit, noisy: bool) -> float:
     """The least criterion by score that is worth a look."""
     if not fit.terms:
         return _WORTH
-    return _WORTH_BESIDE_IF_USUAL if usual else _WORTH_BESIDE
+    return _WORTH_BESIDE if noisy else _WORTH_BESIDE_IF_USUAL
 
 
 def _starts(setting: Setting, fit: Fit, hopeful: Sequence[Scored]) -> list[Fit]:
@@ -173,22 +167,6 @@ def _starts(setting: Setting, fit: Fit, hopeful: Sequence[Scored]) -> list[Fit]:
     return [look.start(setting, fit) for look in best]
 
 
-def _base(
-    samples: Sequence[Samples], rig: Rig, free: Sequence[str], doubt: float, report: Report
-) -> tuple[Setting, Fit]:
-    """The rig alone, without stale rows and with the times as uncertain as they are."""
-    report("fitting the rig alone")
-    samples = cleaned(samples)
-    setting, base = base_fit(samples, rig, free, doubt)
-    clock = clock_jitter(setting, base)
-    if clock is None:
-        return setting, base
-    report("fitting the rig alone, the times uncertain")
-    size = clock.parameters["jitter"][0]
-    setting, base = base_fit([with_uncertain_times(s, size) for s in samples], rig, free, doubt)
-    return replace(setting, jitter=size), base
-
-
 def find(
     samples: Sequence[Samples], rig: Rig, free: Sequence[str], effects: Sequence[Effect],
     *, most: int = 2, doubt: float = 0.05, report: Report = lambda text: None,
@@ -204,7 +182,7 @@ def find(
         doubt: relative standard deviation of the rig's parameters around the start.
         report: told what is being done.
     """
-    setting, base = _base(samples, rig, free, doubt, report)
+    setting, base = cleaned_base(samples, rig, free, doubt, report)
     here, rounds = _sought(setting, base, effects, most, report)
     report("asking again what was found first")
     terms = len(here.terms)

@@ -1,0 +1,63 @@
+"""The rig alone, fitted: what every search starts from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from drill_env._errors import InputError
+from drill_env.diagnosis.clock import cleaned, with_uncertain_times
+from drill_env.diagnosis.extended import evaluate, motion_of
+from drill_env.diagnosis.faults import clock_jitter
+from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.joint import descend_jointly
+from drill_env.diagnosis.moves import with_new_motions
+from drill_env.identification.coordinates import Coordinates
+from drill_env.identification.noise import NoiseModel
+from drill_env.identification.noise_of_recording import noise_shown
+from drill_env.identification.prediction_error import path_of
+from drill_env.identification.samples import Samples
+from drill_env.parameters import Rig
+
+Report = Callable[[str], None]
+_RELEASE, _ROUNDS = 6.0, 25
+
+
+def base_fit(
+    samples: Sequence[Samples], rig: Rig, free: Sequence[str], doubt: float = 0.05
+) -> tuple[Setting, Fit]:
+    """Fit the rig alone, held near the start where it does not explain the recordings."""
+    coordinates = Coordinates(rig, tuple(free))
+    samples = [replace(s, release=_RELEASE) for s in samples]
+    shown = noise_shown([s.recording for s in samples], samples[0].relative)
+    setting = Setting(tuple(samples), coordinates, doubt, shown=shown)
+    noise = replace(NoiseModel(), **setting.shown)
+    motions = [motion_of(s, noise, path_of(s, rig, noise, s.starts)) for s in samples]
+    # Weights would hold a filter back that starts with a wrong rig and too little noise.
+    plain = replace(setting, robust=math.inf)
+    here = evaluate(plain, coordinates.vector(rig), (), noise, [s.starts for s in samples], motions)
+    if not math.isfinite(here.value):
+        raise InputError(
+            "the given rig has no likelihood on these recordings: look for readings that are "
+            "infinite, and for a rig file with numbers far from the rig's"
+        )
+    here = descend_jointly(plain, here, limit=_ROUNDS, enough=1.0, only=None)
+    setting = replace(setting, wide=here.noise)
+    return setting, with_new_motions(setting, here)
+
+
+def cleaned_base(
+    samples: Sequence[Samples], rig: Rig, free: Sequence[str], doubt: float, report: Report
+) -> tuple[Setting, Fit]:
+    """The rig alone, without stale rows and with the times as uncertain as they are."""
+    report("fitting the rig alone")
+    samples = cleaned(samples)
+    setting, base = base_fit(samples, rig, free, doubt)
+    clock = clock_jitter(setting, base)
+    if clock is None:
+        return setting, base
+    report("fitting the rig alone, the times uncertain")
+    size = clock.parameters["jitter"][0]
+    setting, base = base_fit([with_uncertain_times(s, size) for s in samples], rig, free, doubt)
+    return replace(setting, jitter=size), base
