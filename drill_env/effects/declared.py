@@ -73,6 +73,15 @@ class Declared:
         return float(late["delay"].sum())
 
     @property
+    def longest_step(self) -> float:
+        """Step (s) within which nothing of the effects swings unseen while the rig rests.
+
+        A tenth of the shortest period: the error estimate of a rig at rest sees no torque.
+        """
+        fastest = float(self.entries["hertz"].max(initial=0.0))
+        return 0.1 / fastest if fastest > 0.0 else math.inf
+
+    @property
     def encoder_delays(self) -> FloatArray:
         """By how much each effect reads an angle late, s; 0 for most; shape (n,)."""
         late = (self.entries["delayed"] == 1) & (self.entries["senses"] == 1)
@@ -101,7 +110,7 @@ def bundled(effects: Sequence[tuple[Effect, FloatArray]]) -> Declared:
 
 
 def _laid_out(rows: Sequence[_Row]) -> Declared:
-    # A drive takes the voltage that the others of the motor leave.
+    # A drive takes the voltage that the others of the motor leave; some look at all the others.
     ordered = sorted(rows, key=lambda row: row[0])
     entries = np.zeros(len(rows), dtype=ENTRY)
     for i, (_, entry, _) in enumerate(ordered):
@@ -117,6 +126,8 @@ def _laid_out(rows: Sequence[_Row]) -> Declared:
         )
     if np.count_nonzero((entries["delayed"] == 1) & (entries["senses"] == 0)) > 1:
         raise InputError("the voltage is delayed by two effects: give one with the whole delay")
+    if np.count_nonzero(entries["drives"]) > 1:
+        raise InputError("the motor is put behind two gears by two effects: leave one out")
     return found
 
 
@@ -147,9 +158,10 @@ def _entry(effect: Effect, numbers: FloatArray) -> _Row:
     entry["drives"] = effect.replaces_balance
     entry["upper"], entry["delayed"] = effect.equation == "upper", bool(effect.delay)
     entry["q"][: len(numbers)] = numbers
-    if effect.delay:
-        entry["delay"] = numbers[[p.name for p in effect.parameters].index(effect.delay)]
-    return int(effect.replaces_balance), entry, np.zeros((2, 0))
+    for key, name in (("delay", effect.delay), ("hertz", effect.swings)):
+        if name:
+            entry[key] = numbers[[p.name for p in effect.parameters].index(name)]
+    return effect.replaces_balance + 2 * effect.last, entry, np.zeros((2, 0))
 
 
 def _check_component(name: str, equation: str, rig: Rig) -> None:

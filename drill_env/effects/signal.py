@@ -11,6 +11,10 @@ SIGNAL = np.dtype(
     [
         ("first", "i8"),  # 1 where the inner states take their first values
         ("choose", "i8"),  # 1 where branches follow their functions at once
+        (
+            "settle",
+            "i8",
+        ),  # 1 where a switch has just closed: what it brings to rest may be put there
         ("rest_u", "i8"),  # whether the disc sticks
         ("rest_l", "i8"),
         ("t", "f8"),  # since the start, s
@@ -73,6 +77,7 @@ ENTRY = np.dtype(
         ("first_state", "i8"),  # its places among those of all effects
         ("first_switch", "i8"),
         ("delay", "f8"),  # by which it reads the past, s
+        ("hertz", "f8"),  # at which it swings with time alone, 0 if it does not
         ("table", "i8"),  # address of knots and values of a measured curve
         ("q", "f8", (MOST_NUMBERS,)),  # its numbers
         ("z", "f8", (MOST_STATES,)),  # its inner states

@@ -76,7 +76,7 @@ def ask(p, run, work, row, t):
             work.gaps[row, _FIRST_SWITCH + e.first_switch + j] = e.gap[j]
             work.next[e.first_switch + j] = e.next[j]
             run.branch[e.first_switch + j] = e.side[j]
-        if s.first:
+        if s.first or s.settle:
             for j in range(e.states):
                 work.zs[row, e.first_state + j] = e.z[j]
 
@@ -94,39 +94,62 @@ def pulls(p, run, work, u):
     return net_u, net_l, size_u, size_l
 
 
+@kernel
+def keep_held(work, disc, place, size, pull):
+    """What stiction has left (Nm) on one side of a disc at rest, against the pull along it."""
+    work.held[disc, place] = size - pull
+    work.driving[disc, place] = min(size, 0.0)
+
+
+@kernel
+def choose_push(run, work, disc):
+    """Direction in which a disc at rest would leave; returns what stiction has left in it.
+
+    Friction and effects may differ on both sides of rest. Where both drive the disc away, as less
+    friction than none does, the pull itself decides.
+    """
+    back, ahead = work.held[disc, 0], work.held[disc, 1]
+    if back < 0.0 and ahead < 0.0:
+        back, ahead = back - work.driving[disc, 0], ahead - work.driving[disc, 1]
+    run.push[disc] = 1 if ahead <= back else -1
+    return min(back, ahead)
+
+
 @unit(RATES)
 def rates_with_effects(p, run, work, row, t, u):
     """Rates of the state and the inner states of a row, and all event functions there.
 
-    A disc at rest is judged in the direction in which it would leave.
+    A disc at rest is judged on both sides, and left on that to which it would leave.
     """
-    mode, k, gaps = run.mode, work.k[row], work.gaps[row]
-    net_u = net_l = size_u = size_l = 0.0
-    for _ in range(4):
+    mode, push, k, gaps = run.mode, run.push, work.k[row], work.gaps[row]
+    rests = mode[0] == 0 or mode[1] == 0
+    net_u = net_l = size_u = size_l = held_u = held_l = 0.0
+    for attempt in range(3):
+        if rests and attempt < 2:
+            push[0] = push[1] = 2 * attempt - 1
         set_signal(p, run, work, row, t, u)
         ask(p, run, work, row, t)
         net_u, net_l, size_u, size_l = pulls(p, run, work, u)
-        turned = False
-        if mode[0] == 0 and run.push[0] * net_u < 0.0:
-            run.push[0], turned = -run.push[0], True
-        if mode[1] == 0 and run.push[1] * net_l < 0.0:
-            run.push[1], turned = -run.push[1], True
-        if not turned:
+        if not rests or attempt == 2:
             break
-    work.net[0], work.net[1] = net_u, net_l
+        keep_held(work, _UPPER, attempt, size_u, push[0] * net_u)
+        keep_held(work, _LOWER, attempt, size_l, push[1] * net_l)
+        if attempt == 1:
+            held_u, held_l = choose_push(run, work, _UPPER), choose_push(run, work, _LOWER)
+            if (mode[0] != 0 or push[0] == 1) and (mode[1] != 0 or push[1] == 1):
+                break
     y = work.ys[row]
     k[0], k[3] = y[1] - y[2], y[2]
     k[1] = k[2] = 0.0
+    gaps[0], gaps[1] = held_u, held_l
     if mode[0] != 0:
         k[1] = (net_u - mode[0] * size_u) / (p.Ju + work.ports.inertia_u)
         gaps[0] = mode[0] * y[1]
-    else:
-        gaps[0] = max(size_u, 0.0) - run.push[0] * net_u
     if mode[1] != 0:
         k[2] = (net_l - mode[1] * size_l) * p.per_Jl
         gaps[1] = mode[1] * y[2]
-    else:
-        gaps[1] = 1.0 if p.locked else max(size_l, 0.0) - run.push[1] * net_l
+    elif p.locked:
+        gaps[1] = 1.0
     gaps[2] = clamp_event(p, mode[1], mode[2], y[2], k[2])[0]
 
 
@@ -176,6 +199,11 @@ def change_with_effects(p, run, work, tab, which, u):
     rates_now(p, run, work, tab, u)
     if which >= _FIRST_SWITCH:
         run.branch[which - _FIRST_SWITCH] = work.next[which - _FIRST_SWITCH]
+        work.signal.settle = 1
+        rates_now(p, run, work, tab, u)
+        work.signal.settle = 0
+        for r in range(work.inner):
+            run.z[r] = work.zs[SPARE, r]
         return SWITCH
     before = run.mode[which]
     if before == 0:

@@ -213,14 +213,14 @@ def one_step(p, run, work, tab):
     if run.steps > work.max_steps:
         return TOO_MANY_STEPS
     adapt(run, tab, h, clipped, error)
-    which = -1
+    which, tried = -1, h
     if watching:
         which, h = first_event(p, run, work, tab, h)
     if which >= 0 and h == 0.0:
         change(which, p, run, work, tab, voltage_at(work, run.t))
         run.chatter += 1
         return DONE
-    if which >= 0 or not clipped:
+    if which >= 0 or h < tried or not clipped:
         t_new = run.t + h
     finish_step(p, run, work, tab, h, t_new)
     if which >= 0:

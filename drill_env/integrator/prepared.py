@@ -92,3 +92,4 @@ def equip(work: np.ndarray, effects: Declared) -> None:
     work["acting"] = len(effects.entries) if acting else 0
     work["inner"] = effects.inner if acting else 0
     work["switches"] = effects.switches if acting else 0
+    work["max_step"] = np.minimum(work["max_step"], effects.longest_step)

@@ -1,0 +1,1 @@
+"""Random rigs with random effects: does the integrator fail, hang or lie?"""
