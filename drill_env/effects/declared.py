@@ -41,10 +41,12 @@ class Declared:
     Attributes:
         entries: records of `ENTRY`, which hold addresses of this process; shape (n,).
         tables: what some of the addresses point to.
+        order: place of each entry among the rig's effects.
     """
 
     entries: np.ndarray
     tables: tuple[FloatArray, ...] = ()
+    order: tuple[int, ...] = ()
 
     @property
     def inner(self) -> int:
@@ -111,14 +113,15 @@ def bundled(effects: Sequence[tuple[Effect, FloatArray]]) -> Declared:
 
 def _laid_out(rows: Sequence[_Row]) -> Declared:
     # A drive takes the voltage that the others of the motor leave; some look at all the others.
-    ordered = sorted(rows, key=lambda row: row[0])
+    order = tuple(sorted(range(len(rows)), key=lambda place: rows[place][0]))
+    ordered = [rows[place] for place in order]
     entries = np.zeros(len(rows), dtype=ENTRY)
     for i, (_, entry, _) in enumerate(ordered):
         entries[i] = entry
     for kind in ("state", "switch"):
         counts = entries[f"{kind}es" if kind == "switch" else "states"]
         entries[f"first_{kind}"] = np.cumsum(counts) - counts
-    found = Declared(entries, tuple(row[2] for row in ordered))
+    found = Declared(entries, tuple(row[2] for row in ordered), order)
     if found.inner > MOST_INNER or found.switches > MOST_BRANCHES:
         raise InputError(
             f"the effects have {found.inner} inner states and {found.switches} switches together, "

@@ -103,6 +103,30 @@ response = unit(_RESPOND)
 respond = caller(_RESPOND)
 """For kernels: `respond(code, p, e, s, out)`."""
 
+
+def _with_slopes(kind: np.dtype, plain: tuple[str, ...]) -> np.dtype:
+    """A record whose numbers carry a derivative in their imaginary part, but for some."""
+    fields = []
+    for name in kind.names or ():
+        field = kind[name]
+        base = "c16" if field.base == np.float64 and name not in plain else field.base
+        fields.append((name, base, field.shape))
+    return np.dtype(fields, align=True)
+
+
+PARAMETERS_SLOPES = _with_slopes(PARAMETERS, ("clamp_low", "clamp_high"))
+ENTRY_SLOPES = _with_slopes(ENTRY, ("delay", "hertz"))
+SIGNAL_SLOPES = _with_slopes(SIGNAL, ("side_u", "side_l"))
+PORTS_SLOPES = _with_slopes(PORTS, ())
+
+RESPOND_SLOPES = signature(
+    types.none, from_dtype(PARAMETERS_SLOPES), from_dtype(ENTRY_SLOPES), from_dtype(SIGNAL_SLOPES),
+    from_dtype(PORTS_SLOPES),
+)  # fmt: skip
+"""An effect's function in complex arithmetic, for its exact derivatives by complex steps."""
+
+respond_slopes = caller(RESPOND_SLOPES)
+
 RESTING = 0.15
 """Speed (rad/s) of the upper disc that counts as rest at the start."""
 

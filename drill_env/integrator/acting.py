@@ -17,7 +17,8 @@ from drill_env.integrator.signatures import CHANGE, GAP, RATES, STAGE, call_rate
 entry_at = placed(ENTRY)
 
 STICK, SLIP, REVERSAL, SWITCH = 0, 1, 2, 6
-_UPPER, _LOWER, _FIRST_SWITCH = 0, 1, 3
+UPPER, LOWER = 0, 1
+_FIRST_SWITCH = 3
 
 
 @kernel
@@ -132,10 +133,10 @@ def rates_with_effects(p, run, work, row, t, u):
         net_u, net_l, size_u, size_l = pulls(p, run, work, u)
         if not rests or attempt == 2:
             break
-        keep_held(work, _UPPER, attempt, size_u, push[0] * net_u)
-        keep_held(work, _LOWER, attempt, size_l, push[1] * net_l)
+        keep_held(work, UPPER, attempt, size_u, push[0] * net_u)
+        keep_held(work, LOWER, attempt, size_l, push[1] * net_l)
         if attempt == 1:
-            held_u, held_l = choose_push(run, work, _UPPER), choose_push(run, work, _LOWER)
+            held_u, held_l = choose_push(run, work, UPPER), choose_push(run, work, LOWER)
             if (mode[0] != 0 or push[0] == 1) and (mode[1] != 0 or push[1] == 1):
                 break
     y = work.ys[row]
@@ -212,7 +213,7 @@ def change_with_effects(p, run, work, tab, which, u):
     run.y[1 + which] = 0.0
     run.mode[which] = 0
     run.since[which] = run.origin + run.t
-    if which == _LOWER:
+    if which == LOWER:
         run.mode[2] = 0
     rates_now(p, run, work, tab, u)
     if work.gaps[SPARE, which] >= 0.0:
@@ -229,9 +230,9 @@ def start_with_effects(p, run, work, tab, which, u):
     """
     s = work.signal
     s.choose, s.first = 1, which // 2
-    if run.push[_UPPER] == 0:
-        run.push[_UPPER] = run.push[_LOWER] = 1
-        run.since[_UPPER] = run.since[_LOWER] = run.origin + run.t
+    if run.push[UPPER] == 0:
+        run.push[UPPER] = run.push[LOWER] = 1
+        run.since[UPPER] = run.since[LOWER] = run.origin + run.t
     for attempt in range(2):
         if which % 2 == 1:
             choose_modes(p, run, work, attempt)

@@ -224,7 +224,9 @@ def one_step(p, run, work, tab):
         t_new = run.t + h
     finish_step(p, run, work, tab, h, t_new)
     if which >= 0:
+        work.located = 1
         change(which, p, run, work, tab, voltage_at(work, run.t))
+        work.located = 0
     return DONE
 
 

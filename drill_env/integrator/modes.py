@@ -109,7 +109,11 @@ def change(which, p, run, work, tab, u):
     """Pass event `which`: new mode, saltation, log entry."""
     y, mode = run.y, run.mode
     if work.acting != 0 and which != LOWER_LAW:
+        if work.sensitivity:
+            call_change(tab.mark, p, run, work, tab, which, u)
         kind = call_change(tab.change, p, run, work, tab, which, u)
+        if work.sensitivity:
+            call_change(tab.jump, p, run, work, tab, which, u)
         note(work, run, run.t, which, kind, y)
         run.events += 1
         work.has_rates = 0

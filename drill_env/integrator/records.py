@@ -10,6 +10,8 @@ N_STATE = 4
 LOAD_U, LOAD_L = N_STATE, N_STATE + 1
 FIRST_PARAMETER = N_STATE + 2
 N_COLUMNS = FIRST_PARAMETER + N_PARAMETERS
+# Of a rig with effects at most: by the initial state, the parameters, the effects' numbers.
+MOST_COLUMNS = 64
 MAX_COEFFICIENTS = 8
 MAX_STAGES = 16
 # Place for a state that is no stage of a step.
@@ -101,6 +103,12 @@ WORK = np.dtype(
         ("driving", "f8", (2, 2)),
         ("signal", SIGNAL),
         ("ports", PORTS),
+        # Of rigs with effects whose sensitivities are asked for: address of a record of `SLOPES`
+        # and of its matrix, columns to hand out, and whether the event at hand has been located.
+        ("variation", "i8"),
+        ("variation_at", "i8"),
+        ("width", "i8"),
+        ("located", "i8"),
     ],
     align=True,
 )
@@ -121,6 +129,8 @@ TABLEAU = np.dtype(
         ("stage", "i8"),
         ("gap", "i8"),
         ("change", "i8"),
+        ("mark", "i8"),  # and these two serve their sensitivities
+        ("jump", "i8"),
         ("stages", "i8"),
         ("extra", "i8"),
         ("order", "f8"),

@@ -82,7 +82,8 @@ class Trajectory:
         modes: slip direction of (upper, lower) disc, 0 when stuck, shape (n, 2).
         voltage: the voltage that drove the run.
         events: located events.
-        sensitivity: d state / d (initial state, parameters), shape (n, 4, 18), or empty.
+        sensitivity: d state / d (initial state, parameters, numbers of the effects in the order of
+            the rig's), shape (n, 4, 18 + k), or empty.
         final_state: state at the end, shape (4,).
         final_modes: (upper, lower, clamped) at the end, shape (3,).
         max_speed: largest abs(omega_l) at any step, rad/s.

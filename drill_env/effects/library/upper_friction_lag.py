@@ -4,7 +4,6 @@ from drill_env._jit import kernel
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
 from drill_env.effects.signal import RESTING, clipped, response
 
-
 # Of the lagging torque, where nothing else holds the disc: its share of that is not told then.
 _LEAST = 0.01
 
@@ -13,7 +12,7 @@ _LEAST = 0.01
 def held_share(p, e, s, out, torque):
     """What stands for the sign at rest: the share that is taken of all friction but the late one.
 
-    It is 1 where the disc leaves, so that at a slow rise of the pull it creeps and does not chatter.
+    It is 1 where the disc leaves: as the pull rises slowly the disc creeps and does not chatter.
     """
     motor = out.drive * p.km * (s.u + out.volts) + out.torque_u + s.other_u
     pull = motor - s.pull - out.string - p.dTsu * (1.0 + out.scale_u) - torque * e.z[0]
