@@ -167,7 +167,7 @@ def judge(case: Case) -> Verdict:
     cuts = [np.linspace(0.0, end, 101), events, voltage.breaks, late[late < end]]
     edges = np.unique(np.concatenate(cuts))
     left, right = edges[:-1], edges[1:]
-    scale, memory_scale, panels = 1e-7, np.full(effects.inner, 1e-6), 0
+    scale, memory_scale, panels = 1e-7, np.full(effects.inner, 1e-3), 0
     held, closed = 0.0, []
     for turn in range(_ROUNDS):
         width = right - left

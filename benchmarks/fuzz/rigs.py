@@ -23,7 +23,6 @@ from rich.progress import track
 from benchmarks.fuzz.draws import Case, draw_case
 from benchmarks.fuzz.judge import judge
 from drill_env.effects import LIBRARY
-from drill_env.effects._table import tabulated
 from drill_env.integrator import simulate
 
 OPEN, OPEN_MEMORY = 1e-6, 1e-4
@@ -86,7 +85,7 @@ def described(case: Case, found: dict[str, Any]) -> dict[str, Any]:
 
 def run_all(seed: int, numbers: range, wide: bool) -> Iterator[dict[str, Any]]:
     """Verdicts one by one; what all need is compiled once, here."""
-    _ = [effect.code for effect in LIBRARY.values()], tabulated.address
+    _ = [effect.code for effect in LIBRARY.values()]
     judge(draw_case(0, 0))
     simulate(draw_case(0, 0).rig.replace(effects=()), 1.0, 0.1)
     for number in track(numbers, description="rigs"):

@@ -51,7 +51,8 @@ def set_parameters(p, c, column):
 @kernel
 def law_slope(p, run, c, column, speed):
     """Size (Nm) of the lower disc's own friction, from the law's known derivatives."""
-    if run.mode[2] == 1:
+    own = speed.real == c.signal.speed_l.real
+    if own and run.mode[2] == 1:
         return 0.0 * speed
     s1, s2 = shares(p, speed.real)
     gradient_of(p, speed.real, s1, s2, c.gradient)
@@ -59,7 +60,10 @@ def law_slope(p, run, c, column, speed):
     j = column - N_STATE
     if 8 <= j < N_PARAMETERS:
         slope += c.gradient[j] * _SMALL
-    return sliding_of(p, speed.real, s1, s2) + 1j * slope
+    torque = sliding_of(p, speed.real, s1, s2)
+    if p.clamp and torque < 0.0 and not own:
+        return 0.0 * speed
+    return torque + 1j * slope
 
 
 @kernel

@@ -46,6 +46,13 @@ def lower_law(p, run, speed):
 
 
 @kernel
+def law_elsewhere(p, speed):
+    """The same at a speed that is not the disc's own, whose clamping no event tells."""
+    torque = lower_sliding(p, speed)
+    return max(torque, 0.0) if p.clamp else torque
+
+
+@kernel
 def clear_ports(out, s):
     """Nothing added."""
     out.volts = out.torque_u = out.torque_l = out.string = 0.0
@@ -83,13 +90,13 @@ def ask(p, run, work, row, t):
 
 
 @kernel
-def pulls(p, run, work, u):
+def pulls(p, work, u):
     """Torques (Nm) on both discs without their friction, and the sizes of that."""
     s, out = work.signal, work.ports
     string = s.pull + out.string
     net_u = out.drive * p.km * (u + out.volts) + p.load_u + out.torque_u - string
     net_l = string + p.load_l + out.torque_l
-    law = s.friction_l if out.read_l == s.speed_l else lower_law(p, run, out.read_l)
+    law = s.friction_l if out.read_l == s.speed_l else law_elsewhere(p, out.read_l)
     size_u = s.friction_u * (1.0 + out.scale_u) + out.size_u
     size_l = law * (1.0 + out.scale_l) + out.size_l
     return net_u, net_l, size_u, size_l
@@ -130,7 +137,7 @@ def rates_with_effects(p, run, work, row, t, u):
             push[0] = push[1] = 2 * attempt - 1
         set_signal(p, run, work, row, t, u)
         ask(p, run, work, row, t)
-        net_u, net_l, size_u, size_l = pulls(p, run, work, u)
+        net_u, net_l, size_u, size_l = pulls(p, work, u)
         if not rests or attempt == 2:
             break
         keep_held(work, UPPER, attempt, size_u, push[0] * net_u)
