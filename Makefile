@@ -29,12 +29,13 @@ export NO_MKDOCS_2_WARNING := 1
 .DEFAULT_GOAL := help
 # The closing lines of `make test` must be those of pytest, with -j too.
 .NOTPARALLEL:
-.PHONY: help demo test bench proof lint type docs warm tests format setup clean
+.PHONY: help demo test bench fuzz proof lint type docs warm tests format setup clean
 
 help:
 	@echo "make demo    install, then run the main job; results in ./$(OUT)"
 	@echo "make test    install, then check style and types, build the docs, run all tests"
 	@echo "make bench   install the peers too, then measure beside them"
+	@echo "make fuzz    simulate random rigs with random effects and judge their motions (half an hour)"
 	@echo "make proof   conceal effects, diagnose, score; coverage of intervals (hours; resumable)"
 	@echo "make setup   install for development only (.venv)"
 	@echo "make format lint type docs tests   one step each"
@@ -52,6 +53,14 @@ bench: $(READY_BENCH) warm
 # Seeds from a million on are the proof's: once a release, never while developing.
 PROOF_SEED ?= 1000013
 PROOF_CASES ?= --kinds single:200 --kinds null:100 --kinds pair:60 --kinds out:60 --kinds shape:20
+
+FUZZ_RIGS ?= 10000
+FUZZ_SEED ?= 7
+
+# Ranges as a machine's, then shapes of effects from all that a rig file may hold.
+fuzz: $(READY_DEV) warm
+	$(BIN)/python -m benchmarks.fuzz.rigs --rigs $(FUZZ_RIGS) --seed $(FUZZ_SEED)
+	$(BIN)/python -m benchmarks.fuzz.rigs --rigs $(FUZZ_RIGS) --seed $(FUZZ_SEED) --wide
 
 proof: $(READY_DEV) warm
 	$(BIN)/python -m benchmarks.concealed.make --seed $(PROOF_SEED) $(PROOF_CASES) \
