@@ -62,6 +62,9 @@ def limits(effect: Effect, rig: Rig) -> dict[str, tuple[float, float]]:
     """Sizes that leave the rig a machine: its friction brakes, its string pulls back."""
     upper = (1e-3 * rig.km, 0.5 * rig.km)
     brake = 0.3 * (rig.Tsl + abs(rig.T1)) + 1e-3
+    speed = 2.0 * MOST_VOLTS * rig.km / rig.bu
+    torque = rig.Tsl + abs(rig.T1) + abs(rig.T2) + rig.bl * speed
+    coldest = min(0.5, 0.45 / (torque * speed))
     own: dict[str, dict[str, tuple[float, float]]] = {
         "upper_asymmetry": {"damping": (1e-3 * rig.bu, 0.35 * rig.bu)},
         "upper_viscous": {"damping": (1e-3 * rig.bu, 3.0 * rig.bu)},
@@ -81,8 +84,8 @@ def limits(effect: Effect, rig: Rig) -> dict[str, tuple[float, float]]:
         "lower_resonator": {"share": (1e-2, 1.0)},
         "rate_state": {"torque": (1e-2 * brake, 0.3 * brake)},
         "quadratic_drag": {"coefficient": (1e-6, 1e-2)},
-        # Its heat leaves the brake some friction at any speed that the law's torque drives.
-        "friction_heating": {"loss": (1e-4, 0.05)},
+        # Its heat leaves the brake some friction at twice the speed of full voltage.
+        "friction_heating": {"loss": (0.01 * coldest, coldest)},
         "friction_step": {"step": (0.01, 0.9), "time": (0.0, SECONDS)},
         "torque_pulse": {"time": (0.0, SECONDS)},
         "torque_ripple": {"order": (1.5, 60.0)},

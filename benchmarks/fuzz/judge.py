@@ -25,8 +25,8 @@ _NODES, _WEIGHTS = leggauss(6)
 # A panel whose balance is open by more than this share of the whole is halved, so often at most:
 # for the energy, and for memories, whose samples between quick steps err by up to 1e-6.
 _PANEL, _PANEL_MEMORY, _ROUNDS = 1e-8, 1e-6, 26
-# A motor this slow rests.
-_SLOW = 1e-9
+# A motor this slow rests, and a voltage this near (V) has arrived.
+_SLOW, _NEAR = 1e-9, 1e-7
 # Where it is a tie which way a disc leaves, the integrator lets so much time decide.
 _TIE = 1e-6
 
@@ -54,13 +54,20 @@ def _ask(p, entries, s, out, inner, late, slew):
         if e.code == slew:
             # It would take the last stretch for arrived.
             gap = s.u - e.z[0]
-            e.side[0] = 0 if abs(gap) < _SLOW else (1 if gap > 0.0 else -1)
+            e.side[0] = 0 if abs(gap) < _NEAR else (1 if gap > 0.0 else -1)
         e.u_late = late
         respond(e.code, p, e, s, out)
 
 
 @njit(cache=True)
-def look_along(p, entries, s, out, t, u, states, modes, inner, dwell, slew, found, rates):
+def _excess(held, scale):
+    """By how much a disc at rest is driven away; to both sides, it may rest where nothing pulls."""
+    driven = -min(held[0], held[1]) / scale
+    return 0.0 if max(held[0], held[1]) < 0.0 else driven
+
+
+@njit(cache=True)
+def look_along(p, entries, s, out, t, u, states, modes, inner, dwell, slew, held, found, rates):
     """Rows of `found`: power, its parts' sizes, excess over stiction and added inertia."""
     for k in range(t.size):
         s.t, s.u, s.u_rate, s.dwell_l = t[k], u[k, 0], u[k, 1], dwell[k]
@@ -68,10 +75,11 @@ def look_along(p, entries, s, out, t, u, states, modes, inner, dwell, slew, foun
         s.twist, s.omega_u, s.omega_l, s.theta_l = x, v, w, states[k, 3]
         s.theta_u, s.pull = states[k, 3] + x, p.ktheta * x
         s.rest_u, s.rest_l = modes[k, 0] == 0, modes[k, 1] == 0
-        held_u = held_l = less_u = less_l = np.inf
-        for side in (-1.0, 1.0):
-            s.side_u = side if s.rest_u else float(modes[k, 0])
-            s.side_l = side if s.rest_l else float(modes[k, 1])
+        held[:] = 0.0
+        push_u = push_l = -1.0
+        for attempt in range(3):
+            s.side_u = push_u if s.rest_u else float(modes[k, 0])
+            s.side_l = push_l if s.rest_l else float(modes[k, 1])
             s.speed_u = 0.0 if s.rest_u else s.side_u * v
             s.speed_l = 0.0 if s.rest_l else s.side_l * w
             s.friction_u = p.Tsu + s.side_u * p.dTsu + (p.bu + s.side_u * p.dbu) * s.speed_u
@@ -81,13 +89,13 @@ def look_along(p, entries, s, out, t, u, states, modes, inner, dwell, slew, foun
             net_u, net_l = motor - s.pull - out.string, s.pull + out.string + out.torque_l
             size_u = s.friction_u * (1.0 + out.scale_u) + out.size_u
             size_l = _law(p, out.read_l) * (1.0 + out.scale_l) + out.size_l
-            less_u = min(less_u, max(held_u, size_u - side * net_u)) if side > 0.0 else np.inf
-            less_l = min(less_l, max(held_l, size_l - side * net_l)) if side > 0.0 else np.inf
-            held_u = min(held_u, size_u - side * net_u)
-            held_l = min(held_l, size_l - side * net_l)
-        # A disc that is driven away to both sides may rest where nothing pulls.
-        held_u = 0.0 if less_u < 0.0 else held_u
-        held_l = 0.0 if less_l < 0.0 else held_l
+            if attempt < 2:
+                held[0, attempt] = size_u - s.side_u * net_u
+                held[1, attempt] = size_l - s.side_l * net_l
+            push_u = push_l = 1.0
+            if attempt == 1:
+                push_u = -1.0 if held[0, 0] < held[0, 1] else 1.0
+                push_l = -1.0 if held[1, 0] < held[1, 1] else 1.0
         lost_u, lost_l = s.speed_u * size_u, s.speed_l * size_l
         given = motor * v + out.torque_l * w - out.string * (v - w)
         found[k, 0] = given - lost_u - lost_l
@@ -95,9 +103,9 @@ def look_along(p, entries, s, out, t, u, states, modes, inner, dwell, slew, foun
         found[k, 1] += abs(lost_u) + abs(lost_l)
         found[k, 2] = 0.0
         if s.rest_u:
-            found[k, 2] = -held_u / (1.0 + abs(motor) + abs(s.pull))
+            found[k, 2] = _excess(held[0], 1.0 + abs(motor) + abs(s.pull))
         if s.rest_l:
-            found[k, 2] = max(found[k, 2], -held_l / (1.0 + abs(s.pull)))
+            found[k, 2] = max(found[k, 2], _excess(held[1], 1.0 + abs(s.pull)))
         found[k, 3] = out.inertia_u
         for i in range(entries.size):
             e = entries[i]
@@ -143,7 +151,8 @@ def _look(
     look_along(
         kernel_record(rig)[0], effects.entries, np.zeros(1, dtype=SIGNAL)[0],
         np.zeros(1, dtype=PORTS)[0], t, _drive(case.voltage, effects.delay, before, t), run.state,
-        run.modes, run.inner, _dwells(run, t), LIBRARY["slew_limit"].code, found,
+        run.modes, run.inner, _dwells(run, t), LIBRARY["slew_limit"].code,
+        np.zeros((2, 2)), found,
         rates,
     )  # fmt: skip
     return run, found, rates

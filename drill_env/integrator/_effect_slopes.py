@@ -239,7 +239,7 @@ def first_slopes(p, run, work, tab, which, u):
     if which == 0:
         return 0
     c.signal.choose = c.signal.first = 1
-    for column in range(c.columns):
+    for column in range(c.width):
         for r in range(N_STATE + work.inner):
             c.along[r] = c.sens[r, column] if r < N_STATE else 0.0
         column_rates(p, run, work, c, int64(SPARE), column, run.t, 0.0)

@@ -173,6 +173,7 @@ def _integrate(
         times, out, modes, voltage, Events.from_log(np.concatenate(logs)), kept, end["y"].copy(),
         end["mode"].copy(), float(end["max_speed"]), int(end["steps"]), inner,
         end["z"][: inner.shape[1]].copy(),
+        final_sensitivity=np.zeros((0, 0)) if slopes is None else slopes.matrix(inner.shape[1]),
     )  # fmt: skip
 
 

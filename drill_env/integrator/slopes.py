@@ -33,6 +33,7 @@ SLOPES = np.dtype(
         ("moment", "f8", (MOST_COLUMNS,)),  # derivatives of the present instant, of an event
         ("since", "f8", (MOST_COLUMNS,)),  # and of that at which the lower disc came to rest
         ("columns", "i8"),
+        ("width", "i8"),  # those before the columns by the first inner states
         ("effect", "i8", (MOST_COLUMNS,)),  # whose number a column is of, -1 for none
         ("number", "i8", (MOST_COLUMNS,)),
         ("entries", "i8"),
@@ -49,7 +50,8 @@ SLOPES = np.dtype(
     align=True,
 )
 """Sensitivities of the state and the inner states, one column each by the initial state, the
-parameters and the numbers of the effects; and working arrays in complex arithmetic."""
+parameters, the numbers of the effects and the first inner states; and working arrays in complex
+arithmetic."""
 
 
 def numbers(rig: Rig) -> list[tuple[int, int]]:
@@ -92,20 +94,28 @@ class Slopes:
         record["entries"] = self.entries.ctypes.data
         record["effect"] = record["number"] = -1
         found = numbers(rig)
-        column = FIRST_NUMBER + len(found)
+        self.width = FIRST_NUMBER + len(found)
+        column = self.width + effects.inner
         if column > MOST_COLUMNS:
             raise InputError(
                 f"the effects have {len(found)} numbers together, and sensitivities are carried "
-                f"for {MOST_COLUMNS - FIRST_NUMBER}: leave an effect out"
+                f"for {MOST_COLUMNS - FIRST_NUMBER - effects.inner}: leave an effect out"
             )
         for i, (place, number) in enumerate(found):
             record["effect"][FIRST_NUMBER + i] = effects.order.index(place)
             record["number"][FIRST_NUMBER + i] = number
         record["columns"] = column
         record["sens"][:N_STATE, :N_STATE] = np.eye(N_STATE)
+        inner = np.arange(effects.inner)
+        record["sens"][N_STATE + inner, self.width + inner] = 1.0
+        record["width"] = self.width
 
     def equip(self, work: np.ndarray) -> None:
         """Tell the working arrays."""
         work["variation"] = self.record.ctypes.data
         work["variation_at"] = self.record["sens"].ctypes.data
-        work["width"] = self.record["columns"]
+        work["width"] = self.width
+
+    def matrix(self, inner: int) -> np.ndarray:
+        """What has been carried so far: a row each of the state and the inner states."""
+        return self.record["sens"][0, : N_STATE + inner, : self.width + inner].copy()

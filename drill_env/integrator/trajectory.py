@@ -90,6 +90,8 @@ class Trajectory:
         steps: accepted and rejected steps.
         inner: inner states of the rig's effects at the samples, shape (n, m).
         final_inner: those at the end, shape (m,).
+        final_sensitivity: with effects and sensitivities, d (state, inner states) at the end /
+            d (as `sensitivity`, then the first inner states), shape (4 + m, 18 + k + m).
         errors: of the encoders of theta_u and theta_l at the samples by the rig's effects, rad,
             shape (n, 2), or empty.
     """
@@ -107,6 +109,7 @@ class Trajectory:
     inner: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     final_inner: FloatArray = field(default_factory=lambda: np.zeros(0))
     errors: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    final_sensitivity: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def twist(self) -> FloatArray:
