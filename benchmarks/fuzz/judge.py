@@ -24,7 +24,7 @@ from drill_env.integrator import Disc, Kind, Trajectory, Voltage, simulate
 _NODES, _WEIGHTS = leggauss(6)
 # A panel whose balance is open by more than this share of the whole is halved, so often at most:
 # for the energy, and for memories, whose samples between quick steps err by up to 1e-6.
-_PANEL, _PANEL_MEMORY, _ROUNDS = 1e-8, 1e-6, 26
+_PANEL, _PANEL_MEMORY, _ROUNDS = 1e-9, 1e-6, 26
 # A motor this slow rests, and a voltage this near (V) has arrived.
 _SLOW, _NEAR = 1e-9, 1e-7
 # Where it is a tie which way a disc leaves, the integrator lets so much time decide.
