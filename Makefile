@@ -35,7 +35,7 @@ help:
 	@echo "make demo    install, then run the main job; results in ./$(OUT)"
 	@echo "make test    install, then check style and types, build the docs, run all tests"
 	@echo "make bench   install the peers too, then measure beside them"
-	@echo "make fuzz    feed damaged and hostile input to every reader (hours; N=100000 READERS=\"csv mat\")"
+	@echo "make fuzz    hostile input for every reader, random rigs for the integrator (hours; N= READERS=)"
 	@echo "make proof   conceal effects, diagnose, score; coverage of intervals (hours; resumable)"
 	@echo "make setup   install for development only (.venv)"
 	@echo "make format lint type docs tests   one step each"
@@ -50,12 +50,16 @@ test: lint type docs tests
 bench: $(READY_BENCH) warm
 	$(BIN)/python -m benchmarks
 
-# Inputs for each reader; READERS names some of them alone.
+# Inputs for each reader; READERS names some of them alone. Then random rigs with random effects:
+# ranges as a machine's, and shapes of effects from all that a rig file may hold.
 N ?= 100000
-FUZZ_SEED ?= 1
+FUZZ_RIGS ?= 10000
+FUZZ_SEED ?= 7
 
 fuzz: $(READY_DEV) warm
 	$(BIN)/python -m benchmarks.fuzz $(READERS) --inputs $(N) --seed $(FUZZ_SEED)
+	$(BIN)/python -m benchmarks.fuzz.rigs --rigs $(FUZZ_RIGS) --seed $(FUZZ_SEED)
+	$(BIN)/python -m benchmarks.fuzz.rigs --rigs $(FUZZ_RIGS) --seed $(FUZZ_SEED) --wide
 
 # Seeds from a million on are the proof's: once a release, never while developing.
 PROOF_SEED ?= 1000013

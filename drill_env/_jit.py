@@ -163,8 +163,12 @@ class Unit:
     @functools.cached_property
     def address(self) -> int:
         """Where the machine code lies in this process; compiles it at the first look."""
-        self._compiled.compile(self.signature)
-        result = self._compiled.overloads[self.signature.args]
+        return self.address_for(self.signature)
+
+    def address_for(self, signature: Any) -> int:
+        """The same code for arguments of other types."""
+        self._compiled.compile(signature)
+        result = self._compiled.overloads[signature.args]
         return result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
 
     def __reduce__(self) -> str:

@@ -1,1 +1,5 @@
-"""Hostile input for every reader: `python -m benchmarks.fuzz`, see docs/security.md."""
+"""Hostile input for every reader, and random rigs with random effects for the integrator.
+
+`python -m benchmarks.fuzz`, see docs/security.md, and `python -m benchmarks.fuzz.rigs`, see
+docs/integrator.md.
+"""

@@ -12,6 +12,7 @@ from drill_env.continuation.equilibria import (
     routh_hurwitz,
     sticking_set,
 )
+from drill_env.continuation.extended_cycle import ExtendedCycle, extended_cycle
 from drill_env.continuation.extended_diagram import ExtendedDiagram, extended_diagram
 from drill_env.continuation.hopf import HopfPoint, hopf_points
 from drill_env.continuation.maps import hopf_map, vibration_map
@@ -25,6 +26,7 @@ __all__ = [
     "CycleError",
     "Diagram",
     "EquilibriumBranch",
+    "ExtendedCycle",
     "ExtendedDiagram",
     "HopfPoint",
     "LimitCycle",
@@ -37,6 +39,7 @@ __all__ = [
     "bifurcation_diagram",
     "critical_slope",
     "equilibrium_branch",
+    "extended_cycle",
     "extended_diagram",
     "follow",
     "hopf_map",

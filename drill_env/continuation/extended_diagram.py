@@ -77,14 +77,17 @@ def extended_diagram(
     if wandering:
         remarks = (
             "equilibria and Hopf points are left out: "
-            f"{', '.join(wandering)} follow time or an angle, or never forget",
+            f"{', '.join(wandering)} follow time or an angle, or never forget; so are the cycles' "
+            "multipliers",
         )
     else:
         turning = lasting(rig)
         branch = _branch(turning, to_volts)
         hopf = tuple(extended_hopf_points(turning, branch, to_volts))
     volts = np.linspace(0.0, to_volts, math.ceil(to_volts / step) + 1)
-    attractors = swept(moving, np.asarray(volts, dtype=np.float64), progress)
+    attractors = swept(
+        moving, np.asarray(volts, dtype=np.float64), progress, multipliers=not wandering
+    )
     if not attractors.settled.all():
         where = ", ".join(f"{v:.3g}" for v in sorted(set(attractors.voltage[~attractors.settled])))
         remarks = (*remarks, f"not settled at {where} V: extremes still change there")
@@ -97,7 +100,8 @@ def extended_table(diagram: ExtendedDiagram) -> pd.DataFrame:
 
     Returns:
         Columns branch (equilibria, up, down), kind (equilibrium, rest, cycle), parameter (V),
-        min, max, mean (rad/s), twist (rad), period (s), stuck (share), stable, settled.
+        min, max, mean (rad/s), twist (rad), period (s), stuck (share), stable, settled, multiplier
+        (size of the largest of a cycle but the one along the flow).
     """
     return pd.DataFrame([*_equilibrium_rows(diagram.equilibria), *_attractor_rows(diagram)])
 
@@ -144,4 +148,5 @@ def _attractor_rows(diagram: ExtendedDiagram) -> Iterator[dict[str, Any]]:
             "branch": row["direction"], "kind": row["kind"], "parameter": row["voltage"],
             "min": row["min"], "max": row["max"], "mean": row["mean"], "period": row["period"],
             "stuck": row["stuck"], "stable": True, "settled": row["settled"],
+            "multiplier": row["multiplier"],
         }  # fmt: skip

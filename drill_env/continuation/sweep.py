@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
 import pandas as pd
 
+from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
+from drill_env.continuation.extended_cycle import extended_cycle
 from drill_env.integrator import Trajectory, simulate
 from drill_env.parameters import Rig
 
@@ -42,6 +45,8 @@ class Attractor:
         period: s from one upward crossing of the mean to the next; NaN without vibration.
         stuck: share of the time that the lower disc sticks.
         settled: whether it came to an end within the time that was given.
+        multiplier: size of the largest Floquet multiplier of a cycle but the one along the flow;
+            NaN where that was not asked for, or the motion is none that closes.
     """
 
     voltage: float
@@ -53,9 +58,12 @@ class Attractor:
     period: float
     stuck: float
     settled: bool
+    multiplier: float = math.nan
 
 
-def swept(rig: Rig, volts: FloatArray, progress: Progress | None = None) -> pd.DataFrame:
+def swept(
+    rig: Rig, volts: FloatArray, progress: Progress | None = None, *, multipliers: bool = False
+) -> pd.DataFrame:
     """Attractors while the voltage is raised and lowered, each from where the last one ended.
 
     Where both ways differ, two attractors exist side by side. Time and the effects' memories
@@ -65,6 +73,8 @@ def swept(rig: Rig, volts: FloatArray, progress: Progress | None = None) -> pd.D
         rig: parameters and effects.
         volts: V, ascending, shape (n,).
         progress: called with voltages done and to do.
+        multipliers: whether Floquet multipliers of the cycles are wanted; not of effects that
+            follow time or an angle.
 
     Returns:
         One row an `Attractor`, with its attributes as columns; the way up comes first.
@@ -80,6 +90,8 @@ def swept(rig: Rig, volts: FloatArray, progress: Progress | None = None) -> pd.D
     for direction, values in ways:
         for value in values.tolist():
             found, state = _settle(rig, value, state, direction)
+            if multipliers and found.kind == "cycle" and found.settled:
+                found = replace(found, multiplier=_multiplier(rig, value, state))
             rows.append(found)
             if progress is not None:
                 progress(len(rows), 2 * len(volts))
@@ -103,6 +115,14 @@ def _settle(
     last = done.state[-1].copy()
     last[3] = 0.0
     return found, last
+
+
+def _multiplier(rig: Rig, volts: float, state: FloatArray) -> float:
+    try:
+        found = extended_cycle(rig, volts, state)
+    except (InputError, RuntimeError):
+        return math.nan
+    return float(np.abs(found.multipliers).max())
 
 
 def _run(

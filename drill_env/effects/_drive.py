@@ -86,6 +86,8 @@ def turn_motor(p, e, s, out, share, torque, at_motor):
         e.rate[1] = left / (share * p.Ju)
     else:
         e.gap[0], e.next[0], e.rate[1] = held, ahead, 0.0
+        if s.settle:
+            e.z[1] = 0.0
 
 
 @kernel

@@ -81,11 +81,13 @@ class Effect:
         passing: whether it ends some time after the voltage has become constant.
         replaces_balance: whether it puts a drive in the place of the voltage's torque on the upper
             disc; it is then evaluated after the others of the drive.
+        last: whether it looks at the torques of all others and is evaluated after them.
         senses: whether it is an error of an encoder and no torque.
         common: whether most machines have it, so that its prior odds as a name are higher.
         states: how many inner states it has, of first-order differential equations.
         switches: how many corners or jumps it has, at which the integrator ends its steps.
         delay: the parameter by which it reads the voltage or an angle late.
+        swings: the parameter, in Hz, at which it swings with time whatever moves.
         kernel: function of (p, e, s, out), made by the decorator `response`: the rig's parameters,
             its own numbers `e.q` and inner states `e.z`, whose rates `e.rate` it sets, the signal
             at the instant, and the ports of the equations of motion that it adds to.
@@ -113,9 +115,11 @@ class Effect:
     states: int = 0
     switches: int = 0
     delay: str = ""
+    swings: str = ""
     autonomous: bool = True
     passing: bool = False
     replaces_balance: bool = False
+    last: bool = False
     senses: bool = False
     common: bool = False
 

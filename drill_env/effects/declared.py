@@ -42,10 +42,12 @@ class Declared:
     Attributes:
         entries: records of `ENTRY`, which hold addresses of this process; shape (n,).
         tables: what some of the addresses point to.
+        order: place of each entry among the rig's effects.
     """
 
     entries: np.ndarray
     tables: tuple[FloatArray, ...] = ()
+    order: tuple[int, ...] = ()
 
     @property
     def inner(self) -> int:
@@ -72,6 +74,15 @@ class Declared:
         """By how much the voltage acts late, s."""
         late = self.entries[(self.entries["delayed"] == 1) & (self.entries["senses"] == 0)]
         return float(late["delay"].sum())
+
+    @property
+    def longest_step(self) -> float:
+        """Step (s) within which nothing of the effects swings unseen while the rig rests.
+
+        A tenth of the shortest period: the error estimate of a rig at rest sees no torque.
+        """
+        fastest = float(self.entries["hertz"].max(initial=0.0))
+        return 0.1 / fastest if fastest > 0.0 else math.inf
 
     @property
     def encoder_delays(self) -> FloatArray:
@@ -104,15 +115,16 @@ def bundled(effects: Sequence[tuple[Effect, FloatArray]]) -> Declared:
 
 
 def _laid_out(rows: Sequence[_Row]) -> Declared:
-    # A drive takes the voltage that the others of the motor leave.
-    ordered = sorted(rows, key=lambda row: row[0])
+    # A drive takes the voltage that the others of the motor leave; some look at all the others.
+    order = tuple(sorted(range(len(rows)), key=lambda place: rows[place][0]))
+    ordered = [rows[place] for place in order]
     entries = np.zeros(len(rows), dtype=ENTRY)
     for i, (_, entry, _) in enumerate(ordered):
         entries[i] = entry
     for kind in ("state", "switch"):
         counts = entries[f"{kind}es" if kind == "switch" else "states"]
         entries[f"first_{kind}"] = np.cumsum(counts) - counts
-    found = Declared(entries, tuple(row[2] for row in ordered))
+    found = Declared(entries, tuple(row[2] for row in ordered), order)
     if found.inner > MOST_INNER or found.switches > MOST_BRANCHES:
         raise InputError(
             f"the effects have {found.inner} inner states and {found.switches} switches together, "
@@ -120,6 +132,8 @@ def _laid_out(rows: Sequence[_Row]) -> Declared:
         )
     if np.count_nonzero((entries["delayed"] == 1) & (entries["senses"] == 0)) > 1:
         raise InputError("the voltage is delayed by two effects: give one with the whole delay")
+    if np.count_nonzero(entries["drives"]) > 1:
+        raise InputError("the motor is put behind two gears by two effects: leave one out")
     return found
 
 
@@ -148,9 +162,10 @@ def _entry(effect: Effect, numbers: FloatArray) -> _Row:
     entry["drives"] = effect.replaces_balance
     entry["upper"], entry["delayed"] = effect.equation == "upper", bool(effect.delay)
     entry["q"][: len(numbers)] = numbers
-    if effect.delay:
-        entry["delay"] = numbers[[p.name for p in effect.parameters].index(effect.delay)]
-    return int(effect.replaces_balance), entry, np.zeros((2, 0))
+    for key, name in (("delay", effect.delay), ("hertz", effect.swings)):
+        if name:
+            entry[key] = numbers[[p.name for p in effect.parameters].index(name)]
+    return effect.replaces_balance + 2 * effect.last, entry, np.zeros((2, 0))
 
 
 def _check_component(name: str, equation: str, rig: Rig) -> None:

@@ -11,6 +11,10 @@ SIGNAL = np.dtype(
     [
         ("first", "i8"),  # 1 where the inner states take their first values
         ("choose", "i8"),  # 1 where branches follow their functions at once
+        (
+            "settle",
+            "i8",
+        ),  # 1 where a switch has just closed: what it brings to rest may be put there
         ("rest_u", "i8"),  # whether the disc sticks
         ("rest_l", "i8"),
         ("t", "f8"),  # since the start, s
@@ -73,6 +77,7 @@ ENTRY = np.dtype(
         ("first_state", "i8"),  # its places among those of all effects
         ("first_switch", "i8"),
         ("delay", "f8"),  # by which it reads the past, s
+        ("hertz", "f8"),  # at which it swings with time alone, 0 if it does not
         ("table", "i8"),  # address of knots and values of a measured curve
         ("q", "f8", (MOST_NUMBERS,)),  # its numbers
         ("z", "f8", (MOST_STATES,)),  # its inner states
@@ -97,6 +102,30 @@ response = unit(_RESPOND)
 
 respond = caller(_RESPOND)
 """For kernels: `respond(code, p, e, s, out)`."""
+
+
+def _with_slopes(kind: np.dtype, plain: tuple[str, ...]) -> np.dtype:
+    """A record whose numbers carry a derivative in their imaginary part, but for some."""
+    fields = []
+    for name in kind.names or ():
+        field = kind[name]
+        base = "c16" if field.base == np.float64 and name not in plain else field.base
+        fields.append((name, base, field.shape))
+    return np.dtype(fields, align=True)
+
+
+PARAMETERS_SLOPES = _with_slopes(PARAMETERS, ("clamp_low", "clamp_high"))
+ENTRY_SLOPES = _with_slopes(ENTRY, ("delay", "hertz"))
+SIGNAL_SLOPES = _with_slopes(SIGNAL, ("side_u", "side_l"))
+PORTS_SLOPES = _with_slopes(PORTS, ())
+
+RESPOND_SLOPES = signature(
+    types.none, from_dtype(PARAMETERS_SLOPES), from_dtype(ENTRY_SLOPES), from_dtype(SIGNAL_SLOPES),
+    from_dtype(PORTS_SLOPES),
+)  # fmt: skip
+"""An effect's function in complex arithmetic, for its exact derivatives by complex steps."""
+
+respond_slopes = caller(RESPOND_SLOPES)
 
 RESTING = 0.15
 """Speed (rad/s) of the upper disc that counts as rest at the start."""

@@ -7,6 +7,8 @@ from drill_env.integrator._voltage_piece import voltage_at, voltage_slope
 from drill_env.integrator.signatures import call_fill, call_gap, call_step
 
 UPPER, LOWER, LOWER_LAW = 0, 1, 2
+# What lies this little on the other side of a switch is there by rounding.
+CLOSED = 1e-11
 _SAMPLES = 16
 _SLOPE_SHARE = 1e-4
 
@@ -67,11 +69,20 @@ def slip_may_end(sign, row, work, last):
 
 @kernel
 def gap_may_close(which, work, last):
-    """Whether an event function of a rig with effects is negative at a stage."""
+    """Whether an event function of a rig with effects can be negative in the step.
+
+    As for a velocity, one that falls at first and rises at last may have been so in between. A
+    switch that is as near to zero as rounding, as where all comes to rest, does not close.
+    """
+    gaps = work.gaps
+    shut = -CLOSED if which > LOWER_LAW else 0.0
+    low = high = gaps[0, which]
     for i in range(last + 1):
-        if work.gaps[i, which] < 0.0:
+        if gaps[i, which] < shut:
             return True
-    return False
+        low, high = min(low, gaps[i, which]), max(high, gaps[i, which])
+    falls, rises = gaps[1, which] < gaps[0, which], gaps[last - 2, which] < gaps[last, which]
+    return falls and rises and low < 0.5 * high and high > CLOSED
 
 
 @inlined
@@ -189,10 +200,13 @@ def polish(which, p, run, work, tab, h, limit):
         near, far = h / whole, h / whole - _SLOPE_SHARE
         slope = dense_event(which, p, run, work, tab, whole, near)
         slope = (slope - dense_event(which, p, run, work, tab, whole, far)) / (_SLOPE_SHARE * whole)
-    for _ in range(4):
+    for attempt in range(4):
         call_step(tab.step, p, run, work, tab, h)
         if judged:
             value = work.gaps[last, which]
+            # The stages must be those of the step that is returned.
+            if attempt == 3:
+                break
         else:
             value, slope = stage_event(which, p, run, work, last, run.t + h)
         # A graze has no slope to divide by; the dense root is then kept.
@@ -224,4 +238,9 @@ def first_event(p, run, work, tab, h):
         return which, h
     if share == 0.0:
         return which, 0.0
-    return which, polish(which, p, run, work, tab, share * h, h)
+    h = polish(which, p, run, work, tab, share * h, h)
+    moves = h > 1e-12 * (1.0 + abs(run.t))
+    if which > LOWER_LAW and moves and work.gaps[tab.stages, which] > CLOSED:
+        # Only the dense output closes it, which errs by more than the step.
+        return -1, h
+    return which, h

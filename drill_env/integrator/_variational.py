@@ -4,7 +4,7 @@ Columns are derivatives of (twist, omega_u, omega_l, theta_l): four by the initi
 state, two by the external torques, then one per parameter of `drill_env.parameters`.
 """
 
-from drill_env._jit import kernel, store_number, unit
+from drill_env._jit import kernel, number_at, store_number, unit
 from drill_env.dynamics.kernels import fill_jacobian, fill_parameter_rates
 from drill_env.friction.kernels import shares
 from drill_env.integrator._voltage_piece import voltage_at
@@ -12,6 +12,7 @@ from drill_env.integrator.records import (
     FIRST_PARAMETER,
     LOAD_L,
     LOAD_U,
+    MOST_COLUMNS,
     N_COLUMNS,
     N_STATE,
 )
@@ -77,6 +78,12 @@ def step_sensitivity(p, run, work, tab, h):
 @kernel
 def copy_sensitivity(work, row):
     """Keep the present sensitivities as those of sample `row`."""
+    if work.variation != 0:
+        for r in range(N_STATE):
+            for c in range(work.width):
+                value = number_at(work.variation_at, r * MOST_COLUMNS + c)
+                store_number(work.sens_out, (row * N_STATE + r) * work.width + c, value)
+        return
     for r in range(N_STATE):
         for c in range(work.columns):
             store_number(work.sens_out, (row * N_STATE + r) * N_COLUMNS + c, work.sens[r, c])

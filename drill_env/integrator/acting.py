@@ -17,7 +17,8 @@ from drill_env.integrator.signatures import CHANGE, GAP, RATES, STAGE, call_rate
 entry_at = placed(ENTRY)
 
 STICK, SLIP, REVERSAL, SWITCH = 0, 1, 2, 6
-_UPPER, _LOWER, _FIRST_SWITCH = 0, 1, 3
+UPPER, LOWER = 0, 1
+_FIRST_SWITCH = 3
 
 
 @kernel
@@ -42,6 +43,13 @@ def set_signal(p, run, work, row, t, u):
 def lower_law(p, run, speed):
     """Size (Nm) of the lower disc's own friction."""
     return 0.0 if run.mode[2] == 1 else lower_sliding(p, speed)
+
+
+@kernel
+def law_elsewhere(p, speed):
+    """The same at a speed that is not the disc's own, whose clamping no event tells."""
+    torque = lower_sliding(p, speed)
+    return max(torque, 0.0) if p.clamp else torque
 
 
 @kernel
@@ -76,57 +84,80 @@ def ask(p, run, work, row, t):
             work.gaps[row, _FIRST_SWITCH + e.first_switch + j] = e.gap[j]
             work.next[e.first_switch + j] = e.next[j]
             run.branch[e.first_switch + j] = e.side[j]
-        if s.first:
+        if s.first or s.settle:
             for j in range(e.states):
                 work.zs[row, e.first_state + j] = e.z[j]
 
 
 @kernel
-def pulls(p, run, work, u):
+def pulls(p, work, u):
     """Torques (Nm) on both discs without their friction, and the sizes of that."""
     s, out = work.signal, work.ports
     string = s.pull + out.string
     net_u = out.drive * p.km * (u + out.volts) + p.load_u + out.torque_u - string
     net_l = string + p.load_l + out.torque_l
-    law = s.friction_l if out.read_l == s.speed_l else lower_law(p, run, out.read_l)
+    law = s.friction_l if out.read_l == s.speed_l else law_elsewhere(p, out.read_l)
     size_u = s.friction_u * (1.0 + out.scale_u) + out.size_u
     size_l = law * (1.0 + out.scale_l) + out.size_l
     return net_u, net_l, size_u, size_l
+
+
+@kernel
+def keep_held(work, disc, place, size, pull):
+    """What stiction has left (Nm) on one side of a disc at rest, against the pull along it."""
+    work.held[disc, place] = size - pull
+    work.driving[disc, place] = min(size, 0.0)
+
+
+@kernel
+def choose_push(run, work, disc):
+    """Direction in which a disc at rest would leave; returns what stiction has left in it.
+
+    Friction and effects may differ on both sides of rest. Where both drive the disc away, as less
+    friction than none does, the pull itself decides.
+    """
+    back, ahead = work.held[disc, 0], work.held[disc, 1]
+    if back < 0.0 and ahead < 0.0:
+        back, ahead = back - work.driving[disc, 0], ahead - work.driving[disc, 1]
+    run.push[disc] = 1 if ahead <= back else -1
+    return min(back, ahead)
 
 
 @unit(RATES)
 def rates_with_effects(p, run, work, row, t, u):
     """Rates of the state and the inner states of a row, and all event functions there.
 
-    A disc at rest is judged in the direction in which it would leave.
+    A disc at rest is judged on both sides, and left on that to which it would leave.
     """
-    mode, k, gaps = run.mode, work.k[row], work.gaps[row]
-    net_u = net_l = size_u = size_l = 0.0
-    for _ in range(4):
+    mode, push, k, gaps = run.mode, run.push, work.k[row], work.gaps[row]
+    rests = mode[0] == 0 or mode[1] == 0
+    net_u = net_l = size_u = size_l = held_u = held_l = 0.0
+    for attempt in range(3):
+        if rests and attempt < 2:
+            push[0] = push[1] = 2 * attempt - 1
         set_signal(p, run, work, row, t, u)
         ask(p, run, work, row, t)
-        net_u, net_l, size_u, size_l = pulls(p, run, work, u)
-        turned = False
-        if mode[0] == 0 and run.push[0] * net_u < 0.0:
-            run.push[0], turned = -run.push[0], True
-        if mode[1] == 0 and run.push[1] * net_l < 0.0:
-            run.push[1], turned = -run.push[1], True
-        if not turned:
+        net_u, net_l, size_u, size_l = pulls(p, work, u)
+        if not rests or attempt == 2:
             break
-    work.net[0], work.net[1] = net_u, net_l
+        keep_held(work, UPPER, attempt, size_u, push[0] * net_u)
+        keep_held(work, LOWER, attempt, size_l, push[1] * net_l)
+        if attempt == 1:
+            held_u, held_l = choose_push(run, work, UPPER), choose_push(run, work, LOWER)
+            if (mode[0] != 0 or push[0] == 1) and (mode[1] != 0 or push[1] == 1):
+                break
     y = work.ys[row]
     k[0], k[3] = y[1] - y[2], y[2]
     k[1] = k[2] = 0.0
+    gaps[0], gaps[1] = held_u, held_l
     if mode[0] != 0:
         k[1] = (net_u - mode[0] * size_u) / (p.Ju + work.ports.inertia_u)
         gaps[0] = mode[0] * y[1]
-    else:
-        gaps[0] = max(size_u, 0.0) - run.push[0] * net_u
     if mode[1] != 0:
         k[2] = (net_l - mode[1] * size_l) * p.per_Jl
         gaps[1] = mode[1] * y[2]
-    else:
-        gaps[1] = 1.0 if p.locked else max(size_l, 0.0) - run.push[1] * net_l
+    elif p.locked:
+        gaps[1] = 1.0
     gaps[2] = clamp_event(p, mode[1], mode[2], y[2], k[2])[0]
 
 
@@ -176,6 +207,11 @@ def change_with_effects(p, run, work, tab, which, u):
     rates_now(p, run, work, tab, u)
     if which >= _FIRST_SWITCH:
         run.branch[which - _FIRST_SWITCH] = work.next[which - _FIRST_SWITCH]
+        work.signal.settle = 1
+        rates_now(p, run, work, tab, u)
+        work.signal.settle = 0
+        for r in range(work.inner):
+            run.z[r] = work.zs[SPARE, r]
         return SWITCH
     before = run.mode[which]
     if before == 0:
@@ -184,7 +220,7 @@ def change_with_effects(p, run, work, tab, which, u):
     run.y[1 + which] = 0.0
     run.mode[which] = 0
     run.since[which] = run.origin + run.t
-    if which == _LOWER:
+    if which == LOWER:
         run.mode[2] = 0
     rates_now(p, run, work, tab, u)
     if work.gaps[SPARE, which] >= 0.0:
@@ -201,9 +237,9 @@ def start_with_effects(p, run, work, tab, which, u):
     """
     s = work.signal
     s.choose, s.first = 1, which // 2
-    if run.push[_UPPER] == 0:
-        run.push[_UPPER] = run.push[_LOWER] = 1
-        run.since[_UPPER] = run.since[_LOWER] = run.origin + run.t
+    if run.push[UPPER] == 0:
+        run.push[UPPER] = run.push[LOWER] = 1
+        run.since[UPPER] = run.since[LOWER] = run.origin + run.t
     for attempt in range(2):
         if which % 2 == 1:
             choose_modes(p, run, work, attempt)

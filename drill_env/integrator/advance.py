@@ -27,6 +27,7 @@ DONE, LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS = 0, 1, 2, 3
 # So many mode changes at one instant are chatter: one tiny step is then taken as it is.
 _CHATTER_LIMIT = 12
 _CHATTER_STEP = 1e-7
+_NO_TIME = 1e-13
 # One step may log this many events.
 _LOG_MARGIN = 8
 
@@ -180,7 +181,9 @@ def finish_step(p, run, work, tab, h, t_new):
         keep_inner(run, work, last)
     run.max_speed = max(run.max_speed, abs(run.y[2]))
     run.t = t_new
-    run.chatter = 0
+    # A step that no clock could tell lets a chatter of effects go on.
+    if work.acting == 0 or h > _NO_TIME * (1.0 + abs(t_new)):
+        run.chatter = 0
 
 
 @kernel
@@ -213,18 +216,23 @@ def one_step(p, run, work, tab):
     if run.steps > work.max_steps:
         return TOO_MANY_STEPS
     adapt(run, tab, h, clipped, error)
-    which = -1
+    which, tried = -1, h
     if watching:
         which, h = first_event(p, run, work, tab, h)
     if which >= 0 and h == 0.0:
+        # A switch whose function is zero right here.
+        work.located = 1 if which > LOWER_LAW else 0
         change(which, p, run, work, tab, voltage_at(work, run.t))
+        work.located = 0
         run.chatter += 1
         return DONE
-    if which >= 0 or not clipped:
+    if which >= 0 or h < tried or not clipped:
         t_new = run.t + h
     finish_step(p, run, work, tab, h, t_new)
     if which >= 0:
+        work.located = 1
         change(which, p, run, work, tab, voltage_at(work, run.t))
+        work.located = 0
     return DONE
 
 

@@ -7,15 +7,13 @@ from drill_env.dynamics.kernels import (
     upper_margin,
     upper_rate,
 )
-from drill_env.integrator._events import LOWER, LOWER_LAW, UPPER
+from drill_env.integrator._events import CLOSED, LOWER, LOWER_LAW, UPPER
 from drill_env.integrator.records import EVENT, N_STATE
 from drill_env.integrator.signatures import call_change
 
 STICK, SLIP, REVERSAL, MAXIMUM, MINIMUM, CLAMP = 0, 1, 2, 3, 4, 5
 # Whose event it is, if neither a disc's nor the lower law's.
 EFFECT = 3
-# What lies this little on the other side is there by rounding.
-_CLOSED = 1e-11
 
 event_at = placed(EVENT)
 
@@ -71,7 +69,7 @@ def transit(which, p, run, u):
 def overdue(which, p, run, work, u):
     """Whether event `which` must happen right now, before any step."""
     if which > LOWER_LAW:
-        return work.gaps[0, which] < -_CLOSED
+        return work.gaps[0, which] < -CLOSED
     direction = run.mode[which]
     if direction == 0 and work.acting != 0:
         return work.gaps[0, which] < 0.0
@@ -111,7 +109,11 @@ def change(which, p, run, work, tab, u):
     """Pass event `which`: new mode, saltation, log entry."""
     y, mode = run.y, run.mode
     if work.acting != 0 and which != LOWER_LAW:
+        if work.sensitivity:
+            call_change(tab.mark, p, run, work, tab, which, u)
         kind = call_change(tab.change, p, run, work, tab, which, u)
+        if work.sensitivity:
+            call_change(tab.jump, p, run, work, tab, which, u)
         note(work, run, run.t, which, kind, y)
         run.events += 1
         work.has_rates = 0

@@ -9,8 +9,10 @@ from drill_env.effects.declared import Declared, declared
 from drill_env.effects.readings import errors_at
 from drill_env.effects.signal import PORTS, RESTING, SIGNAL
 from drill_env.friction import kernel_record
+from drill_env.integrator._effect_slopes import first_slopes
 from drill_env.integrator.acting import start_with_effects
 from drill_env.integrator.modes import start_any, start_mode
+from drill_env.integrator.slopes import Slopes
 from drill_env.integrator.tableau import tableau
 from drill_env.integrator.voltage import Voltage, with_past
 from drill_env.parameters import Rig
@@ -32,10 +34,14 @@ class Prepared:
         self.p = kernel_record(rig)
         self.effects: Declared = declared(rig)
         self.pair = tableau(method, sensitivity, self.effects.acts)
+        wanted = sensitivity and self.effects.acts
+        self.slopes = Slopes(rig, self.effects) if wanted else None
 
     def equip(self, work: np.ndarray) -> None:
         """Tell the working arrays of the effects."""
         equip(work, self.effects)
+        if self.slopes is not None:
+            self.slopes.equip(work)
 
     def drive(
         self, voltage: Voltage, work: np.ndarray, initial: FloatArray,
@@ -69,7 +75,10 @@ class Prepared:
         work["past"] = 0.0
         work["past"][0, 0] = 0.0 if abs(run["y"][0, 1]) < RESTING else u
         wanted = (modes is None) + 2 * (inner is None)
-        start_any(self.p[0], run[0], work[0], self.pair[0], start_with_effects.address, wanted, u)
+        given = self.p[0], run[0], work[0], self.pair[0]
+        start_any(*given, start_with_effects.address, wanted, u)
+        if self.slopes is not None:
+            start_any(*given, first_slopes.address, int(inner is None), u)
 
     def errors(
         self, t: FloatArray, states: FloatArray, inner: FloatArray, late: FloatArray
@@ -92,3 +101,4 @@ def equip(work: np.ndarray, effects: Declared) -> None:
     work["acting"] = len(effects.entries) if acting else 0
     work["inner"] = effects.inner if acting else 0
     work["switches"] = effects.switches if acting else 0
+    work["max_step"] = np.minimum(work["max_step"], effects.longest_step)

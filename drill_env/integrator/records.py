@@ -10,6 +10,8 @@ N_STATE = 4
 LOAD_U, LOAD_L = N_STATE, N_STATE + 1
 FIRST_PARAMETER = N_STATE + 2
 N_COLUMNS = FIRST_PARAMETER + N_PARAMETERS
+# Of a rig with effects at most: by the initial state, the parameters, the effects' numbers.
+MOST_COLUMNS = 64
 MAX_COEFFICIENTS = 8
 MAX_STAGES = 16
 # Place for a state that is no stage of a step.
@@ -96,9 +98,17 @@ WORK = np.dtype(
         ("dense_z", "f8", (MOST_INNER, 7)),
         ("gaps", "f8", (MAX_STAGES + 1, 3 + MOST_BRANCHES)),  # a mode ends where one is negative
         ("next", "i8", (MOST_BRANCHES,)),
-        ("net", "f8", (2,)),  # torques on the discs but for their friction, Nm
+        # Of each disc at rest on its side -1 and 1: stiction left, and friction below none, Nm.
+        ("held", "f8", (2, 2)),
+        ("driving", "f8", (2, 2)),
         ("signal", SIGNAL),
         ("ports", PORTS),
+        # Of rigs with effects whose sensitivities are asked for: address of a record of `SLOPES`
+        # and of its matrix, columns to hand out, and whether the event at hand has been located.
+        ("variation", "i8"),
+        ("variation_at", "i8"),
+        ("width", "i8"),
+        ("located", "i8"),
     ],
     align=True,
 )
@@ -119,6 +129,8 @@ TABLEAU = np.dtype(
         ("stage", "i8"),
         ("gap", "i8"),
         ("change", "i8"),
+        ("mark", "i8"),  # and these two serve their sensitivities
+        ("jump", "i8"),
         ("stages", "i8"),
         ("extra", "i8"),
         ("order", "f8"),

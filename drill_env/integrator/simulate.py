@@ -23,6 +23,7 @@ from drill_env.integrator.records import (
     STEPS_PER_PERIOD,
     new_work,
 )
+from drill_env.integrator.slopes import numbers
 from drill_env.integrator.tableau import METHODS
 from drill_env.integrator.trajectory import Events, Trajectory
 from drill_env.integrator.voltage import Voltage, as_voltage
@@ -77,7 +78,8 @@ def simulate(
         rtol: relative tolerance of a step.
         atol: absolute tolerance of a step.
         extrema: also log the turning points of omega_l.
-        sensitivity: also return d state / d (initial state, parameters); not with effects.
+        sensitivity: also return d state / d (initial state, parameters, effects' numbers); not
+            with a delay of the voltage.
 
     Returns:
         The trajectory, its first sample at `t_start` if no `t_eval` is given.
@@ -90,11 +92,6 @@ def simulate(
     t_end = t_start + seconds
     times = _sample_times(t_start, t_end, t_eval, rate)
     drive = as_voltage(voltage, t_start, t_end)
-    if sensitivity and rig.effects:
-        raise InputError(
-            "sensitivity is not offered for a rig with [[effects]]: leave it out, or take the "
-            "rig without them, rig.replace(effects=())"
-        )
     start = _initial_state(initial)
     prepared = Prepared(rig, method, sensitivity)
     run = np.zeros(1, dtype=RUN)
@@ -125,9 +122,11 @@ def _read(prepared: Prepared, found: Trajectory, times: FloatArray) -> Trajector
     late = np.stack([found.theta_u[earlier], found.theta_l[earlier]], axis=2)
     states, inner = found.state[rows], found.inner[rows]
     errors = prepared.errors(times, states, inner, np.ascontiguousarray(late))
+    slopes = found.sensitivity[rows] if len(found.sensitivity) else found.sensitivity
     return replace(
-        found, t=times, state=states, modes=found.modes[rows], inner=inner, errors=errors
-    )
+        found, t=times, state=states, modes=found.modes[rows], inner=inner, errors=errors,
+        sensitivity=slopes,
+    )  # fmt: skip
 
 
 def _integrate(
@@ -143,10 +142,14 @@ def _integrate(
     first = int(np.searchsorted(times, run["t"][0], side="right"))
     out = np.zeros((count, N_STATE))
     modes = np.zeros((count, 2), dtype=np.int64)
-    sens = np.zeros((count if work["sensitivity"][0] else 0, N_STATE, N_COLUMNS))
+    slopes = prepared.slopes
+    width = N_COLUMNS if slopes is None else int(work["width"][0])
+    sens = np.zeros((count if work["sensitivity"][0] else 0, N_STATE, width))
     inner = np.zeros((count, int(work["inner"][0])))
     out[:first], modes[:first] = run["y"][0], run["mode"][0, :2]
-    sens[:first], inner[:first] = work["sens"][0], run["z"][0, : inner.shape[1]]
+    first_sens = work["sens"][0] if slopes is None else slopes.record["sens"][0]
+    sens[:first] = first_sens[:N_STATE, :width]
+    inner[:first] = run["z"][0, : inner.shape[1]]
     logs, status = [], LOG_FULL
     while status == LOG_FULL:
         log = np.zeros(1024 << min(len(logs), 10), dtype=EVENT)
@@ -158,7 +161,11 @@ def _integrate(
         )  # fmt: skip
         logs.append(log[: int(run["logged"][0])])
     # The columns of the external torques are the identification's.
-    kept = np.delete(sens, [LOAD_U, LOAD_L], axis=2)
+    kept = sens
+    if slopes is None:
+        # Numbers of effects that only the encoders show move nothing.
+        idle = np.zeros((*sens.shape[:2], len(numbers(rig))))
+        kept = np.concatenate([np.delete(sens, [LOAD_U, LOAD_L], axis=2), idle], axis=2)
     end = run[0]
     _check_status(status, end["t"], end["y"])
     _warn_if_negative(rig, end["max_speed"])
@@ -166,6 +173,7 @@ def _integrate(
         times, out, modes, voltage, Events.from_log(np.concatenate(logs)), kept, end["y"].copy(),
         end["mode"].copy(), float(end["max_speed"]), int(end["steps"]), inner,
         end["z"][: inner.shape[1]].copy(),
+        final_sensitivity=np.zeros((0, 0)) if slopes is None else slopes.matrix(inner.shape[1]),
     )  # fmt: skip
 
 

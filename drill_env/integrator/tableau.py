@@ -9,6 +9,11 @@ from scipy import integrate
 from drill_env._types import FloatArray
 from drill_env.integrator._bs23 import bs23_sensitivity
 from drill_env.integrator._dopri5_variational import dopri5_sensitivity
+from drill_env.integrator._effect_slopes import (
+    carry_with_effects,
+    jump_after_event,
+    mark_event,
+)
 from drill_env.integrator._pairs import (
     bs23_fill,
     bs23_step,
@@ -97,8 +102,11 @@ def tableau(name: str, sensitivity: bool = False, effects: bool = False) -> np.n
     numbers, step, fill, carry = _PAIRS[name]
     out = numbers.copy()
     out["advance"], out["step"], out["fill"] = run_pieces.address, step.address, fill.address
-    out["carry"] = carry.address if sensitivity else 0
+    out["carry"] = carry.address if sensitivity and not effects else 0
     if effects:
         out["rates"], out["stage"] = rates_with_effects.address, stage_with_effects.address
         out["gap"], out["change"] = gap_with_effects.address, change_with_effects.address
+    if effects and sensitivity:
+        out["carry"] = carry_with_effects.address
+        out["mark"], out["jump"] = mark_event.address, jump_after_event.address
     return out

@@ -82,13 +82,16 @@ class Trajectory:
         modes: slip direction of (upper, lower) disc, 0 when stuck, shape (n, 2).
         voltage: the voltage that drove the run.
         events: located events.
-        sensitivity: d state / d (initial state, parameters), shape (n, 4, 18), or empty.
+        sensitivity: d state / d (initial state, parameters, numbers of the effects in the order of
+            the rig's), shape (n, 4, 18 + k), or empty.
         final_state: state at the end, shape (4,).
         final_modes: (upper, lower, clamped) at the end, shape (3,).
         max_speed: largest abs(omega_l) at any step, rad/s.
         steps: accepted and rejected steps.
         inner: inner states of the rig's effects at the samples, shape (n, m).
         final_inner: those at the end, shape (m,).
+        final_sensitivity: with effects and sensitivities, d (state, inner states) at the end /
+            d (as `sensitivity`, then the first inner states), shape (4 + m, 18 + k + m).
         errors: of the encoders of theta_u and theta_l at the samples by the rig's effects, rad,
             shape (n, 2), or empty.
     """
@@ -106,6 +109,7 @@ class Trajectory:
     inner: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     final_inner: FloatArray = field(default_factory=lambda: np.zeros(0))
     errors: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    final_sensitivity: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def twist(self) -> FloatArray:

@@ -49,4 +49,5 @@ EFFECT = Effect(
     meaning="Something outside shakes the lower disc at a fixed frequency.",
     kernel=lower_disturbance,
     autonomous=False,
+    swings="frequency",
 )

@@ -1,6 +1,7 @@
 """The brake yields elastically before it slides (Dahl)."""
 
 from drill_env.effects._effect import Effect, shape
+from drill_env.effects._yield import give_way
 from drill_env.effects.signal import response
 
 
@@ -12,7 +13,7 @@ def presliding(p, e, s, out):
     # What it has yielded takes the place of the direction, and nothing sticks.
     out.scale_l -= 1.0
     out.torque_l -= e.z[0] * s.friction_l
-    e.rate[0] = s.omega_l * (1.0 - s.side_l * e.z[0]) / e.q[0]
+    give_way(e, s, s.rest_l, s.omega_l, s.side_l, e.q[0])
 
 
 EFFECT = Effect(
@@ -41,6 +42,7 @@ EFFECT = Effect(
     meaning="The brake yields elastically before it slides (Dahl).",
     kernel=presliding,
     states=1,
+    switches=1,
     neighbours=(
         "friction_lag",
         "string_hysteresis",

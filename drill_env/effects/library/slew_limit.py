@@ -29,6 +29,8 @@ def slew_limit(p, e, s, out):
         out.volts -= gap
     else:
         e.rate[0] = s.u_rate
+        if s.settle and abs(gap) <= _REACHED:
+            e.z[0], gap = s.u, 0.0 * gap
         # It follows until the voltage jumps or runs away.
         jumped, rising = abs(gap) > _REACHED, s.u_rate.real > 0.0
         e.gap[0] = -1.0 if jumped else e.q[0] - abs(s.u_rate)

@@ -49,4 +49,5 @@ EFFECT = Effect(
     meaning="Something outside shakes the upper disc at a fixed frequency.",
     kernel=upper_disturbance,
     autonomous=False,
+    swings="frequency",
 )

@@ -1,20 +1,37 @@
 """The upper disc's Coulomb friction follows a reversal late."""
 
+from drill_env._jit import kernel
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
-from drill_env.effects.signal import RESTING, branch, response
+from drill_env.effects.signal import RESTING, clipped, response
+
+# Of the lagging torque, where nothing else holds the disc: its share of that is not told then.
+_LEAST = 0.01
+
+
+@kernel
+def held_share(p, e, s, out, torque):
+    """What stands for the sign at rest: the share that is taken of all friction but the late one.
+
+    It is 1 where the disc leaves: as the pull rises slowly the disc creeps and does not chatter.
+    """
+    motor = out.drive * p.km * (s.u + out.volts) + out.torque_u + s.other_u
+    pull = motor - s.pull - out.string - p.dTsu * (1.0 + out.scale_u) - torque * e.z[0]
+    level = p.Tsu * (1.0 + out.scale_u) + out.size_u - torque
+    level = level if level.real > _LEAST * torque.real else _LEAST * torque
+    held = clipped(e, s, 0, pull, -level, level)
+    return held / level if level.real > 0.0 else 0.0 * held
 
 
 @response
 def upper_friction_lag(p, e, s, out):
     """(sign(omega_u) - z) torque, time_constant dz/dt = sign(omega_u) - z."""
-    side = s.side_u
-    if s.rest_u:
-        side = branch(e, s, 0, p.km * s.u - s.pull)
+    torque = e.q[0]
+    side = held_share(p, e, s, out, torque) if s.rest_u else 1.0 * s.side_u
     if s.first:
         # At rest nothing has built up.
-        e.z[0] = 0.0 if abs(s.omega_u) < RESTING else side
-    out.size_u -= e.q[0]
-    out.torque_u -= e.q[0] * e.z[0]
+        e.z[0] = 0.0 if abs(s.omega_u) < RESTING else s.side_u
+    out.size_u -= torque
+    out.torque_u -= torque * e.z[0]
     e.rate[0] = (side - e.z[0]) / e.q[1]
 
 
@@ -45,7 +62,8 @@ EFFECT = Effect(
     meaning="The upper disc's Coulomb friction follows a reversal late.",
     kernel=upper_friction_lag,
     states=1,
-    switches=1,
+    last=True,
+    switches=2,
     neighbours=("upper_presliding", "gear_compliance", "actuator_lag"),
     axis_only=True,
     source="Hess and Soom, J. Tribology 112 (1990)",

@@ -1,6 +1,7 @@
 """The upper disc yields elastically before it slides (Dahl)."""
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
+from drill_env.effects._yield import give_way
 from drill_env.effects.signal import RESTING, response
 
 
@@ -12,7 +13,7 @@ def upper_presliding(p, e, s, out):
         e.z[0] = 0.0 if abs(s.omega_u) < RESTING else s.side_u
     out.size_u -= e.q[0]
     out.torque_u -= e.q[0] * e.z[0]
-    e.rate[0] = s.omega_u * (1.0 - s.side_u * e.z[0]) / e.q[1]
+    give_way(e, s, s.rest_u, s.omega_u, s.side_u, e.q[1])
 
 
 EFFECT = Effect(
@@ -45,6 +46,7 @@ EFFECT = Effect(
     meaning="The upper disc yields elastically before it slides (Dahl).",
     kernel=upper_presliding,
     states=1,
+    switches=1,
     neighbours=("upper_friction_lag",),
     axis_only=True,
     source="Dahl, Aerospace Corp. TOR-0158 (1968)",

@@ -1,0 +1,249 @@
+"""Compiled sensitivities of a rig with effects: variational equations and saltation.
+
+Partial derivatives are complex steps of the equations of motion in the modes and branches of the
+step (Squire and Trapp, SIAM Review 40, 1998): exact to rounding.
+"""
+
+from numba import int64
+
+from drill_env._jit import kernel, placed, unit
+from drill_env.effects.signal import ENTRY_SLOPES, respond_slopes
+from drill_env.friction.kernels import gradient_of, shares, sliding_of, slope_of, upper_sliding
+from drill_env.integrator._voltage_piece import voltage_at, voltage_slope
+from drill_env.integrator.acting import LOWER, clear_ports, rates_now
+from drill_env.integrator.records import N_STATE, SPARE
+from drill_env.integrator.signatures import CHANGE, FILL
+from drill_env.integrator.slopes import FIRST_NUMBER, SLOPES
+from drill_env.parameters.record import N_PARAMETERS
+
+slopes_at = placed(SLOPES)
+entry_at = placed(ENTRY_SLOPES)
+
+_STEP = 1e-40j
+_SMALL = 1e-40
+_FIRST_SWITCH = 3
+_TIME = -1
+
+
+@kernel
+def set_parameters(p, c, column):
+    """Parameters, that of a column with its step."""
+    q, j = c.p, column - N_STATE
+    q.km = p.km + (_STEP if j == 0 else 0j)
+    q.Ju = p.Ju + (_STEP if j == 1 else 0j)
+    q.Tsu = p.Tsu + (_STEP if j == 2 else 0j)
+    q.dTsu = p.dTsu + (_STEP if j == 3 else 0j)
+    q.bu = p.bu + (_STEP if j == 4 else 0j)
+    q.dbu = p.dbu + (_STEP if j == 5 else 0j)
+    q.Jl = p.Jl + (_STEP if j == 6 else 0j)
+    q.ktheta = p.ktheta + (_STEP if j == 7 else 0j)
+    q.Tsl = p.Tsl + (_STEP if j == 8 else 0j)
+    q.T1 = p.T1 + (_STEP if j == 9 else 0j)
+    q.T2 = p.T2 + (_STEP if j == 10 else 0j)
+    q.beta1 = p.beta1 + (_STEP if j == 11 else 0j)
+    q.beta2 = p.beta2 + (_STEP if j == 12 else 0j)
+    q.bl = p.bl + (_STEP if j == 13 else 0j)
+    q.load_u, q.load_l = p.load_u + 0j, p.load_l + 0j
+    q.per_Ju, q.per_Jl = 1.0 / q.Ju, 1.0 / q.Jl
+    q.law, q.clamp, q.locked = p.law, p.clamp, p.locked
+
+
+@kernel
+def law_slope(p, run, c, column, speed):
+    """Size (Nm) of the lower disc's own friction, from the law's known derivatives."""
+    own = speed.real == c.signal.speed_l.real
+    if own and run.mode[2] == 1:
+        return 0.0 * speed
+    s1, s2 = shares(p, speed.real)
+    gradient_of(p, speed.real, s1, s2, c.gradient)
+    slope = slope_of(p, s1, s2) * speed.imag
+    j = column - N_STATE
+    if 8 <= j < N_PARAMETERS:
+        slope += c.gradient[j] * _SMALL
+    torque = sliding_of(p, speed.real, s1, s2)
+    if p.clamp and torque < 0.0 and not own:
+        return 0.0 * speed
+    return torque + 1j * slope
+
+
+@kernel
+def set_state(run, work, c, row, column, t, moves):
+    """State of a row with its steps along `c.along`, and the signal of an instant."""
+    s, mode = c.signal, run.mode
+    for i in range(N_STATE):
+        c.y[i] = work.ys[row, i] + _STEP * c.along[i]
+    for r in range(work.inner):
+        c.z[r] = work.zs[row, r] + _STEP * c.along[N_STATE + r]
+    slope, y = voltage_slope(work, t), c.y
+    s.t = run.origin + t + _STEP * moves
+    s.u, s.u_rate = voltage_at(work, t) + _STEP * slope * moves, slope + 0j
+    s.twist, s.omega_u, s.omega_l, s.theta_l = y[0], y[1], y[2], y[3]
+    s.theta_u = y[0] + y[3]
+    s.rest_u, s.rest_l = mode[0] == 0, mode[1] == 0
+    s.side_u = float(run.push[0] if s.rest_u else mode[0])
+    s.side_l = float(run.push[1] if s.rest_l else mode[1])
+    s.speed_u = 0j if s.rest_u else s.side_u * y[1]
+    s.speed_l = 0j if s.rest_l else s.side_l * y[2]
+    s.dwell_l = 0j
+    if s.rest_l:
+        earlier = c.since[column] if column >= 0 else 0.0
+        s.dwell_l = s.t - run.since[1] - _STEP * earlier
+
+
+@kernel
+def ask_slopes(run, work, c, column):
+    """Let every effect add to the ports."""
+    s, out = c.signal, c.ports
+    clear_ports(out, s)
+    for i in range(work.acting):
+        e = entry_at(c.entries, i)
+        if e.idle:
+            continue
+        for j in range(e.q.size):
+            e.q[j] = e.q[j].real
+        if column >= FIRST_NUMBER and c.effect[column] == i:
+            e.q[c.number[column]] += _STEP
+        for j in range(e.states):
+            e.z[j] = c.z[e.first_state + j]
+        for j in range(e.switches):
+            e.side[j], e.gap[j] = run.branch[e.first_switch + j], 1.0
+        respond_slopes(e.code, c.p, e, s, out)
+        for j in range(e.states):
+            c.kz[e.first_state + j] = e.rate[j]
+            if s.first or s.settle:
+                c.z[e.first_state + j] = e.z[j]
+        for j in range(e.switches):
+            c.gaps[_FIRST_SWITCH + e.first_switch + j] = e.gap[j]
+
+
+@kernel
+def column_rates(p, run, work, c, row, column, t, moves):
+    """Rates and event functions in a row, with their derivative along `c.along`.
+
+    `column` says which number has a step besides, `_TIME` none; `moves` is the step of the time.
+    """
+    set_state(run, work, c, row, column, t, moves)
+    set_parameters(p, c, column)
+    s, out, q, k, mode = c.signal, c.ports, c.p, c.k, run.mode
+    s.pull = q.ktheta * s.twist
+    s.friction_u = s.side_u * upper_sliding(q, s.side_u, s.side_u * s.speed_u)
+    s.friction_l = law_slope(p, run, c, column, s.speed_l)
+    ask_slopes(run, work, c, column)
+    string = s.pull + out.string
+    net_u = out.drive * q.km * (s.u + out.volts) + q.load_u + out.torque_u - string
+    net_l = string + q.load_l + out.torque_l
+    law = law_slope(p, run, c, column, out.read_l)
+    size_u = s.friction_u * (1.0 + out.scale_u) + out.size_u
+    size_l = law * (1.0 + out.scale_l) + out.size_l
+    k[0], k[3] = s.omega_u - s.omega_l, s.omega_l
+    k[1] = k[2] = 0j
+    c.gaps[0], c.gaps[1] = size_u - s.side_u * net_u, size_l - s.side_l * net_l
+    if mode[0] != 0:
+        k[1] = (net_u - s.side_u * size_u) / (q.Ju + out.inertia_u)
+        c.gaps[0] = s.side_u * s.omega_u
+    if mode[1] != 0:
+        k[2] = (net_l - s.side_l * size_l) * q.per_Jl
+        c.gaps[1] = s.side_l * s.omega_l
+
+
+@unit(FILL)
+def carry_with_effects(p, run, work, tab, h):
+    """Carry the sensitivities over the accepted step of `h` s whose stages are in `work`."""
+    c = slopes_at(work.variation, 0)
+    rows = N_STATE + work.inner
+    for column in range(c.columns):
+        c.moment[column] = 0.0
+        for i in range(tab.stages + 1):
+            for r in range(rows):
+                rise = 0.0
+                for j in range(i):
+                    rise += tab.a[i, j] * c.rates[j, r, column]
+                c.along[r] = c.sens[r, column] + h * rise
+            if i < tab.stages:
+                column_rates(p, run, work, c, int64(i), column, run.t + tab.c[i] * h, 0.0)
+                for r in range(N_STATE):
+                    c.rates[i, r, column] = c.k[r].imag / _SMALL
+                for r in range(work.inner):
+                    c.rates[i, N_STATE + r, column] = c.kz[r].imag / _SMALL
+        for r in range(rows):
+            c.sens[r, column] = c.along[r]
+
+
+@kernel
+def keep_rates(work, to):
+    """Rates of the spare row."""
+    for r in range(N_STATE):
+        to[r] = work.k[SPARE, r]
+    for r in range(work.inner):
+        to[N_STATE + r] = work.kz[SPARE, r]
+
+
+@unit(CHANGE)
+def mark_event(p, run, work, tab, which, u):
+    """Before a mode changes: rates, and how the moment of the event depends on every column.
+
+    A change that follows another one at once, or a jump of the voltage, has its moment.
+    """
+    c = slopes_at(work.variation, 0)
+    rates_now(p, run, work, tab, u)
+    keep_rates(work, c.before)
+    if work.located:
+        for r in range(N_STATE + work.inner):
+            c.along[r] = c.before[r]
+        column_rates(p, run, work, c, int64(SPARE), int64(_TIME), run.t, 1.0)
+        fall = c.gaps[which].imag / _SMALL
+        for column in range(c.columns):
+            for r in range(N_STATE + work.inner):
+                c.along[r] = c.sens[r, column]
+            column_rates(p, run, work, c, int64(SPARE), column, run.t, 0.0)
+            change = c.gaps[which].imag / _SMALL
+            c.moment[column] = -change / fall if fall != 0.0 else 0.0
+    c.stopped = int64(which < _FIRST_SWITCH and run.mode[which] != 0)
+    return 0
+
+
+@unit(CHANGE)
+def jump_after_event(p, run, work, tab, which, u):
+    """Saltation: what the change has moved, and the rates that jumped, over the event's moment."""
+    c = slopes_at(work.variation, 0)
+    rows = N_STATE + work.inner
+    rates_now(p, run, work, tab, u)
+    keep_rates(work, c.after)
+    for column in range(c.columns):
+        moment = c.moment[column]
+        for r in range(rows):
+            c.along[r] = c.sens[r, column] + c.before[r] * moment
+        if which < _FIRST_SWITCH and c.stopped:
+            c.along[1 + which] = 0.0
+            if which == LOWER:
+                c.since[column] = moment
+        if which >= _FIRST_SWITCH and work.inner > 0:
+            c.signal.settle = 1
+            column_rates(p, run, work, c, int64(SPARE), column, run.t, moment)
+            c.signal.settle = 0
+            for r in range(work.inner):
+                c.along[N_STATE + r] = c.z[r].imag / _SMALL
+        for r in range(rows):
+            c.sens[r, column] = c.along[r] - c.after[r] * moment
+    return 0
+
+
+@unit(CHANGE)
+def first_slopes(p, run, work, tab, which, u):
+    """Sensitivities of the first inner states, and none of a disc at rest by its speed."""
+    c = slopes_at(work.variation, 0)
+    for disc in range(2):
+        if run.mode[disc] == 0:
+            c.sens[1 + disc, 1 + disc] = 0.0
+    rates_now(p, run, work, tab, u)
+    if which == 0:
+        return 0
+    c.signal.choose = c.signal.first = 1
+    for column in range(c.width):
+        for r in range(N_STATE + work.inner):
+            c.along[r] = c.sens[r, column] if r < N_STATE else 0.0
+        column_rates(p, run, work, c, int64(SPARE), column, run.t, 0.0)
+        for r in range(work.inner):
+            c.sens[N_STATE + r, column] = c.z[r].imag / _SMALL
+    c.signal.choose = c.signal.first = 0
+    return 0

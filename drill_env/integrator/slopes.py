@@ -1,0 +1,121 @@
+"""What sensitivities of a rig with effects are carried in, and how it is laid out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drill_env._errors import InputError
+from drill_env.effects import LIBRARY
+from drill_env.effects.declared import Declared
+from drill_env.effects.signal import (
+    ENTRY_SLOPES,
+    MOST_BRANCHES,
+    MOST_INNER,
+    PARAMETERS_SLOPES,
+    PORTS_SLOPES,
+    SIGNAL_SLOPES,
+)
+from drill_env.effects.sloped import slope_code
+from drill_env.integrator.records import MAX_STAGES, MOST_COLUMNS, N_STATE
+from drill_env.parameters import SYMBOLS, Rig
+
+MOST_ROWS = N_STATE + MOST_INNER
+FIRST_NUMBER = N_STATE + len(SYMBOLS)
+
+SLOPES = np.dtype(
+    [
+        ("sens", "f8", (MOST_ROWS, MOST_COLUMNS)),
+        ("rates", "f8", (MAX_STAGES, MOST_ROWS, MOST_COLUMNS)),
+        ("along", "f8", (MOST_ROWS,)),  # direction of the derivative at hand
+        ("before", "f8", (MOST_ROWS,)),  # rates before the event at hand, and after it
+        ("after", "f8", (MOST_ROWS,)),
+        ("stopped", "i8"),  # whether it is a disc's that moved
+        ("moment", "f8", (MOST_COLUMNS,)),  # derivatives of the present instant, of an event
+        ("since", "f8", (MOST_COLUMNS,)),  # and of that at which the lower disc came to rest
+        ("columns", "i8"),
+        ("width", "i8"),  # those before the columns by the first inner states
+        ("effect", "i8", (MOST_COLUMNS,)),  # whose number a column is of, -1 for none
+        ("number", "i8", (MOST_COLUMNS,)),
+        ("entries", "i8"),
+        ("gradient", "f8", (len(SYMBOLS),)),
+        ("y", "c16", (N_STATE,)),
+        ("z", "c16", (MOST_INNER,)),
+        ("k", "c16", (N_STATE,)),
+        ("kz", "c16", (MOST_INNER,)),
+        ("gaps", "c16", (3 + MOST_BRANCHES,)),
+        ("p", PARAMETERS_SLOPES),
+        ("signal", SIGNAL_SLOPES),
+        ("ports", PORTS_SLOPES),
+    ],
+    align=True,
+)
+"""Sensitivities of the state and the inner states, one column each by the initial state, the
+parameters, the numbers of the effects and the first inner states; and working arrays in complex
+arithmetic."""
+
+
+def numbers(rig: Rig) -> list[tuple[int, int]]:
+    """Place of the effect and of its parameter, of each column that belongs to an effect.
+
+    A table has none: its knots and values are what it is, not what it depends on.
+    """
+    found = []
+    for place, entry in enumerate(rig.effects):
+        count = 0 if entry["id"] == "table" else len(LIBRARY[str(entry["id"])].parameters)
+        found += [(place, number) for number in range(count)]
+    return found
+
+
+class Slopes:
+    """The record of `SLOPES` of a rig; must live as long as its address is used.
+
+    Args:
+        rig: parameters and effects.
+        effects: the same effects as the compiled code reads them.
+
+    Raises:
+        InputError: an effect reads the past, cannot be differentiated, or there are too many.
+    """
+
+    def __init__(self, rig: Rig, effects: Declared) -> None:
+        if effects.reads_past:
+            raise InputError(
+                "sensitivity is not offered with input_delay: what the voltage was would have to "
+                "be differentiated by the moments at which it jumped; leave the effect or the "
+                "sensitivity out"
+            )
+        self.entries = np.zeros(len(effects.entries), dtype=ENTRY_SLOPES)
+        for name in ENTRY_SLOPES.names or ():
+            self.entries[name] = effects.entries[name]
+        for row, place in enumerate(effects.order):
+            self.entries["code"][row] = slope_code(str(rig.effects[place]["id"]))
+        self.record = np.zeros(1, dtype=SLOPES)
+        record = self.record[0]
+        record["entries"] = self.entries.ctypes.data
+        record["effect"] = record["number"] = -1
+        found = numbers(rig)
+        self.width = FIRST_NUMBER + len(found)
+        column = self.width + effects.inner
+        if column > MOST_COLUMNS:
+            raise InputError(
+                f"the effects have {len(found)} numbers together, and sensitivities are carried "
+                f"for {MOST_COLUMNS - FIRST_NUMBER - effects.inner}: leave an effect out"
+            )
+        for i, (place, number) in enumerate(found):
+            record["effect"][FIRST_NUMBER + i] = effects.order.index(place)
+            record["number"][FIRST_NUMBER + i] = number
+        record["columns"] = column
+        record["sens"][:N_STATE, :N_STATE] = np.eye(N_STATE)
+        inner = np.arange(effects.inner)
+        record["sens"][N_STATE + inner, self.width + inner] = 1.0
+        record["width"] = self.width
+
+    def equip(self, work: np.ndarray) -> None:
+        """Tell the working arrays."""
+        work["variation"] = self.record.ctypes.data
+        work["variation_at"] = self.record["sens"].ctypes.data
+        work["width"] = self.width
+
+    def matrix(self, inner: int) -> np.ndarray:
+        """What has been carried so far: a row each of the state and the inner states."""
+        return self.record["sens"][0, : N_STATE + inner, : self.width + inner].copy()

@@ -1,0 +1,61 @@
+"""A seeded sample of random rigs with random effects: none fails, hangs or breaks the rig's laws.
+
+`make fuzz` draws ten thousand.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from benchmarks.fuzz import balance
+from benchmarks.fuzz.balance import judge
+from benchmarks.fuzz.draws import Case, draw_case
+from benchmarks.fuzz.rigs import OPEN, verdict
+from drill_env import Rig
+from drill_env.integrator import Trajectory, as_voltage, simulate
+
+pytestmark = pytest.mark.filterwarnings("ignore::drill_env.integrator.NegativeFrictionWarning")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled() -> None:
+    """A hang is told by the clock, so what all cases need is compiled before."""
+    verdict(draw_case(20261125, 0))
+
+
+@pytest.mark.parametrize("number", range(60))
+def test_a_drawn_rig_obeys_its_laws(number: int) -> None:
+    found = verdict(draw_case(20261125, number))
+    assert found["fault"] == "", found
+
+
+# Each failed once: what it was is in docs/integrator.md.
+@pytest.mark.parametrize(
+    "number", [31, 138, 151, 232, 244, 267, 286, 757], ids=lambda n: f"case {n}"
+)
+def test_a_rig_that_failed_once(number: int) -> None:
+    found = verdict(draw_case(1, number))
+    assert found["fault"] == "", found
+
+
+def test_the_judge_tells_a_motion_that_is_no_solution(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A speed that is wrong by a hundredth, and a disc that is held for ever, do not pass."""
+    effects = ({"id": "friction_lag", "time_constant": 0.02},)
+    case = Case(0, Rig(effects=effects), as_voltage(3.5, 0.0, 10.0), np.zeros(4), "constant")
+    assert judge(case).energy < OPEN
+
+    def faster(*args: object, **options: object) -> Trajectory:
+        run = simulate(*args, **options)  # pyright: ignore
+        return dataclasses.replace(run, state=run.state * [1.0, 1.0, 1.01, 1.0])
+
+    def held(*args: object, **options: object) -> Trajectory:
+        run = simulate(*args, **options)  # pyright: ignore
+        return dataclasses.replace(run, state=0.0 * run.state, modes=0 * run.modes)
+
+    monkeypatch.setattr(balance, "simulate", faster)
+    assert judge(case).energy > 10.0 * OPEN
+    monkeypatch.setattr(balance, "simulate", held)
+    assert judge(case).held > 10.0 * OPEN
