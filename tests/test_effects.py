@@ -549,9 +549,9 @@ def test_bad_entry_gives_one_clear_error(name):
         assert text in str(caught.value)
 
 
-def test_what_is_not_offered_is_refused():
-    rig = extended(usual(LIBRARY["unbalance"]))
-    with pytest.raises(InputError, match=r"sensitivity .* rig.replace\(effects=\(\)\)"):
+def test_sensitivities_by_a_delay_are_refused():
+    rig = extended(usual(LIBRARY["input_delay"]))
+    with pytest.raises(InputError, match="sensitivity is not offered with input_delay"):
         simulate(rig, 3.5, 1.0, sensitivity=True)
 
 
