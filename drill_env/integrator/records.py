@@ -98,6 +98,7 @@ WORK = np.dtype(
         ("dense_z", "f8", (MOST_INNER, 7)),
         ("gaps", "f8", (MAX_STAGES + 1, 3 + MOST_BRANCHES)),  # a mode ends where one is negative
         ("next", "i8", (MOST_BRANCHES,)),
+        ("net", "f8", (2,)),  # torques on the discs but for their friction, Nm
         # Of each disc at rest on its side -1 and 1: stiction left, and friction below none, Nm.
         ("held", "f8", (2, 2)),
         ("driving", "f8", (2, 2)),
