@@ -549,12 +549,6 @@ def test_bad_entry_gives_one_clear_error(name):
         assert text in str(caught.value)
 
 
-def test_what_is_not_offered_is_refused():
-    rig = extended(usual(LIBRARY["unbalance"]))
-    with pytest.raises(InputError, match=r"sensitivity .* rig.replace\(effects=\(\)\)"):
-        simulate(rig, 3.5, 1.0, sensitivity=True)
-
-
 # -- what runs such rigs -------------------------------------------------------------------
 
 

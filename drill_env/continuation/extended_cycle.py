@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
@@ -37,7 +38,7 @@ class ExtendedCycle:
     voltage: float
     period: float
     start: FloatArray
-    multipliers: FloatArray
+    multipliers: NDArray[np.complex128]
     low: float
     high: float
     sticks: bool
@@ -72,6 +73,7 @@ def extended_cycle(rig: Rig, volts: float, state: FloatArray | None = None) -> E
             "no motion comes back to where it was; leave them out"
         )
     turning = lasting(rig)
+    misses = np.inf
     y, period = _near(turning, volts, state)
     for _ in range(_MOST):
         shot = _shoot(turning, volts, y, period)
@@ -155,7 +157,7 @@ def _newton(
 def _found(
     rig: Rig, volts: float, y: FloatArray, period: float, shot: Trajectory, misses: float
 ) -> ExtendedCycle:
-    values = np.linalg.eigvals(_monodromy(shot))
+    values = np.asarray(np.linalg.eigvals(_monodromy(shot)), dtype=np.complex128)
     values = np.delete(values, np.abs(values - 1.0).argmin())
     run = simulate(rig, volts, period, initial=np.append(y[:3], 0.0), inner=y[3:], rate=2e3)
     speeds = run.omega_l
