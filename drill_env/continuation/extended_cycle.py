@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
@@ -39,7 +40,7 @@ class ExtendedCycle:
     voltage: float
     period: float
     start: FloatArray
-    multipliers: FloatArray
+    multipliers: NDArray[np.complex128]
     low: float
     high: float
     sticks: bool
@@ -74,6 +75,7 @@ def extended_cycle(rig: Rig, volts: float, state: FloatArray | None = None) -> E
             "no motion comes back to where it was; leave them out"
         )
     turning = lasting(rig)
+    misses = np.inf
     y, period = _near(turning, volts, state)
     misses = math.inf
     for _ in range(_MOST):
