@@ -176,7 +176,7 @@ BAD = {
     "unknown option": ([*CONSTANT, "--speed", "3"], ["--speed", "--help"]),
     "unknown command": (["drill"], ["drill", "--help"]),
     "short initial": ([*CONSTANT, "--initial", "1,2"], ["--initial", "twist,omega_u,omega_l"]),
-    "counts": ([*CONSTANT, "--encoder", "--counts", "-1"], ["counts", "0 or greater"]),
+    "counts": ([*CONSTANT, "--encoder", "--counts", "-1"], ["counts", "give 0 to"]),
     "no input": ([*SIMULATE, "--input", "none.csv"], ["none.csv", "check the path"]),
     "no column": ([*SIMULATE, "--input", "noval.csv"], ["noval.csv", "u", "--map"]),
     "nan cell": ([*SIMULATE, "--input", "nan.csv"], ["nan.csv", "column u", "row 7"]),

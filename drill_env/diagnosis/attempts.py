@@ -81,17 +81,12 @@ def heated(setting: Setting, fit: Fit, done: list[Attempt], only: Sequence[int])
 
 
 def confused_with(done: Sequence[Attempt], effects: Sequence[Effect]) -> list[Effect]:
-    """Effects that the best name is easily taken for and that were not tried."""
-    tried = {a.term.id for a in done}
+    """Effects that the best name is easily taken for."""
     names = [a.term.source for a in done if is_named(a.term) and a.criterion > NEEDED]
     if not names or not isinstance(names[0], Named):
         return []
     best = names[0].effect
-    return [
-        e
-        for e in effects
-        if e.id not in tried and (e.id in best.neighbours or best.id in e.neighbours)
-    ]
+    return [e for e in effects if e.id in best.neighbours or best.id in e.neighbours]
 
 
 def goal_of(fit: Fit, attempt: Attempt, done: Sequence[Attempt]) -> float:

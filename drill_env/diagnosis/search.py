@@ -41,7 +41,7 @@ from drill_env.diagnosis.shapes import free_shapes
 from drill_env.diagnosis.sizeless import descended, has_peaks
 from drill_env.diagnosis.slips import broken_counts, slips
 from drill_env.diagnosis.strikes import Strike, faint, named_strikes, score_strikes
-from drill_env.diagnosis.terms import Shape
+from drill_env.diagnosis.terms import Named, Shape
 from drill_env.diagnosis.unusual import unusual
 from drill_env.diagnosis.waves import Wave, free_waves, score_waves
 from drill_env.diagnosis.within import within_filter
@@ -70,8 +70,7 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     """
     report("scoring the library")
     ground = ground_at(setting, fit)
-    present = {term.id for term in fit.terms}
-    others = [effect for effect in effects if effect.id not in present]
+    others = [effect for effect in effects if _may_join(effect, fit)]
     # Slopes tell little of these; where much is missing the likelihood itself is asked.
     peaked = [effect for effect in others if has_peaks(effect)]
     noise = unusual(setting, fit)
@@ -96,6 +95,13 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
         tuple(a for a in done if is_named(a.term) and not at_its_limit(a, done)),
         tuple(a for a in done if not is_named(a.term) and not rigs_own(a)),
     )  # fmt: skip
+
+
+def _may_join(effect: Effect, fit: Fit) -> bool:
+    """Whether an effect is not there yet, nor a gear beside the one that the motor is behind."""
+    there = [term.source.effect for term in fit.terms if isinstance(term.source, Named)]
+    geared = effect.replaces_balance and any(other.replaces_balance for other in there)
+    return not geared and effect.id not in {term.id for term in fit.terms}
 
 
 def _scores(
