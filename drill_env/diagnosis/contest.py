@@ -10,7 +10,6 @@ from drill_env.diagnosis.joint import descend_jointly, polished
 from drill_env.diagnosis.moves import added, without
 from drill_env.diagnosis.rounds import NEEDED, Round
 from drill_env.diagnosis.slips import Slips
-from drill_env.diagnosis.terms import Named, Term
 
 _TRY_ROUNDS, _RIVAL_ROUNDS, _ENOUGH = 6, 10, 2.0
 # Of the round in which a term was found, tried again beside what was found later.
@@ -26,14 +25,12 @@ def contest(setting: Setting, fit: Fit, rounds: Sequence[Round]) -> Fit:
         rounds: in which they were found, the first one first.
 
     Returns:
-        The fit with what won. A term without which the others do as well, or that another one
-        holds, is gone.
+        The fit with what won. A term without which the others do as well is gone.
     """
     for place in range(len(fit.terms) - 1):
         start = without(setting, fit, place)
         fewer = descend_jointly(setting, start, limit=_TRY_ROUNDS, enough=1.0, only=None)
-        held = _part_of_another(fit.terms, place) and fewer.bic < rounds[place + 1].before.bic
-        if fewer.bic - fit.bic < NEEDED or held:
+        if fewer.bic - fit.bic < NEEDED:
             return fewer
         present = {t.id for t in fit.terms}
         rivals = [a for a in rounds[place].named if a.term.id not in present][:_RIVALS]
@@ -52,9 +49,3 @@ def contest(setting: Setting, fit: Fit, rounds: Sequence[Round]) -> Fit:
             best = evaluate(setting, best.vector, order, best.noise, best.starts, best.motions)
             fit = polished(setting, best)
     return fit
-
-
-def _part_of_another(terms: Sequence[Term], place: int) -> bool:
-    """Whether a term is what another one is at its limit: a gear's spring is in its play."""
-    found = (t.source.effect for t in terms if isinstance(t.source, Named))
-    return any(effect.limit and effect.limit[1] == terms[place].id for effect in found)
