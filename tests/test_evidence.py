@@ -101,7 +101,13 @@ def test_what_fitted_recordings_ask_for_and_others_contradict_is_something(told,
     search = Found(None, BASE, (Round(BASE, (), (attempt,), ()),), one)
     found, _ = decided(search, (1,), Criteria())
     assert found.final is BASE
-    assert found.given_up == (("unbalance",) if asked else ())
+    assert found.rejected == (("unbalance",) if asked else ())
+
+
+@pytest.mark.parametrize(("scatter", "stands"), [(5.0, False), (20.0, True)])
+def test_a_loss_within_three_standard_errors_is_no_contradiction(scatter, stands):
+    ids, _ = decision([fit_of(300.0, -30.0, named("unbalance"), scatter=scatter)])
+    assert bool(ids) == stands
 
 
 def test_a_gain_that_lies_in_one_block_is_none():

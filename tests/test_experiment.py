@@ -18,7 +18,12 @@ from drill_env.cli.main import app
 from drill_env.identification.estimate import Estimate, FitOptions, identify
 from drill_env.identification.estimate_file import load_knowledge, save_estimate
 from drill_env.identification.experiment import Plan, design, expected_information
-from drill_env.identification.knowledge import Knowledge, knowledge_of, untold, weak_knowledge
+from drill_env.identification.knowledge import (
+    Knowledge,
+    knowledge_of,
+    residual_shape,
+    weak_knowledge,
+)
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.signal_menu import menu
 from drill_env.integrator import sampled_voltage, simulate
@@ -136,12 +141,12 @@ def test_what_is_not_told_is_named():
     signal = Signal("constant", seconds=20.0, offset=3.0, amplitude=0.0)
     bare = weak_knowledge(Rig())
     told = replace(bare, information=expected_information(signal, bare), sources=("constant",))
-    words = untold(told)
+    words = residual_shape(told)
     for name in ("dTsu", "dbu"):
         assert any(line.startswith(f"{name} is hardly told") for line in words)
     assert any("trade off" in line and "bu" in line and "dbu" in line for line in words)
     rich = replace(bare, information=1e8 * bare.information, sources=("much",))
-    assert untold(rich) == []
+    assert residual_shape(rich) == []
 
 
 def test_an_estimate_survives_its_file(tmp_path):

@@ -64,7 +64,7 @@ def test_the_share_is_of_what_noise_does_not_give():
 def test_a_name_stands_by_what_it_takes_away_from_unseen_errors(before, after, noise, stands):
     found = decide("lower_resonator", before, after, noise)
     assert bool(found.final.terms) == stands
-    assert found.given_up == (() if stands else ("lower_resonator",))
+    assert found.rejected == (() if stands else ("lower_resonator",))
     if noise == 5e-3:
         share = 1.0 - (after**2 - SENSOR**2) / (before**2 - SENSOR**2)
         assert found.explained == pytest.approx(share)

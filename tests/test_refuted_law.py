@@ -27,8 +27,9 @@ def test_a_friction_law_with_which_all_is_predicted_far_worse_is_none(monkeypatc
         return SimpleNamespace(value=0.0, short=short, measured=nothing)
 
     monkeypatch.setattr(module, "judge", judge)
+    monkeypatch.setattr(module, "errors_by_noise", lambda *args: {})
     monkeypatch.setattr(module, "cleaned", lambda held, jitter: [SimpleNamespace(release=1.0)])
     monkeypatch.setattr(module, "replace", lambda samples, **changes: samples)
     law = LawFit(setting, plain.base, humped, 500.0)
-    kept, found, *_ = module._held_out(plain, law, [], 0)
-    assert (kept, found) == ((law, humped) if stays else (None, plain))
+    kept, unseen, _ = module._held_out(plain, law, [], 0)
+    assert (kept, unseen.found) == ((law, humped) if stays else (None, plain))

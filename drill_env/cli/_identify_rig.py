@@ -83,7 +83,7 @@ class RigFound:
     profiles: Sequence[Profile]
     validations: Sequence[Validation]
     laws: LawComparison | None
-    untold: Sequence[str] = field(default_factory=list)
+    residual_shape: Sequence[str] = field(default_factory=list)
 
 
 def identify_rig(asked: RigFit) -> None:
@@ -103,7 +103,7 @@ def identify_rig(asked: RigFit) -> None:
 
 
 def _find(asked: RigFit) -> RigFound:
-    from drill_env.identification.knowledge import knowledge_of, untold
+    from drill_env.identification.knowledge import knowledge_of, residual_shape
     from drill_env.identification.laws import compare_laws
     from drill_env.identification.profile import profile
     from drill_env.identification.validation import validate_estimate
@@ -133,7 +133,7 @@ def _find(asked: RigFit) -> RigFound:
                 options=asked.options,
             )  # fmt: skip
     return RigFound(
-        start, first, estimate, profiles, validations, laws, untold(knowledge_of(estimate))
+        start, first, estimate, profiles, validations, laws, residual_shape(knowledge_of(estimate))
     )
 
 
@@ -228,7 +228,7 @@ def _document(asked: RigFit, found: RigFound) -> dict[str, Any]:
     document = estimate_document(found.estimate)
     document |= {
         "ratios": ratios(found.estimate),
-        "untold": list(found.untold),
+        "residual_shape": list(found.residual_shape),
         "profiles": [
             {"name": p.name, "low": p.low, "high": p.high, "level": p.level,
              "values": p.values, "rise": p.rise}
@@ -277,7 +277,7 @@ def _show(asked: RigFit, found: RigFound) -> None:
     _show_validations(found)
     if found.laws is not None:
         typer.echo(found.laws.conclusion)
-    for line in found.untold:
+    for line in found.residual_shape:
         typer.echo(line)
     for label, path in (("rig file", asked.out), ("estimate", asked.estimate)):
         if path is not None:

@@ -177,7 +177,7 @@ def _show(plan: Plan) -> None:
     from rich.table import Table
 
     found = plan.as_dict()
-    for line in found["untold"]:
+    for line in found["residual_shape"]:
         typer.echo(line)
     table = Table(title="Intervals (95 %), now and with the proposed signal", title_justify="left")
     table.add_column("parameter")

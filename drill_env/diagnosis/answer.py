@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from drill_env._types import FloatArray
 from drill_env.diagnosis.faults import Fault
 from drill_env.diagnosis.fit import Fit
 from drill_env.diagnosis.held_out import Judged, judged_channels, rms
@@ -16,7 +16,7 @@ from drill_env.diagnosis.law import LawFit
 from drill_env.diagnosis.locate import describe, locate
 from drill_env.diagnosis.named import named_effects
 from drill_env.diagnosis.next_experiment import next_experiment
-from drill_env.diagnosis.noise_floor import errors_by_noise, noise_floor
+from drill_env.diagnosis.noise_floor import noise_floor
 from drill_env.diagnosis.offered import is_parameter
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.probability import rivals
@@ -35,29 +35,45 @@ from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Unseen:
+    """What was found, and the recordings that were held out under it.
+
+    Attributes:
+        found: the search, decided.
+        samples: the recordings.
+        before: how these are judged under the rig alone.
+        after: and under what was found.
+        drawn: errors that noise gives, of `errors_by_noise`.
+    """
+
+    found: Found
+    samples: list[Samples]
+    before: tuple[Judged, ...]
+    after: tuple[Judged, ...]
+    drawn: dict[str, list[FloatArray]]
+
+
 def answer(
-    found: Found, base: Fit, start: Rig, law: LawFit | None, faults: list[Fault],
-    before: tuple[Judged, ...], after: tuple[Judged, ...], held: Sequence[Samples],
+    unseen: Unseen, base: Fit, start: Rig, law: LawFit | None, faults: list[Fault],
     options: DiagnosisOptions,
 ) -> DiagnosisResult:  # fmt: skip
-    """All that is told, in plain values.
+    """All that is found, in plain values.
 
     Args:
-        found: the search, decided.
+        unseen: what was found, and the held-out recordings.
         base: the rig alone, fitted.
         start: the given rig.
         law: another friction law, where one was found.
         faults: of the recordings.
-        before: held-out recordings under the rig alone.
-        after: these under what was found.
-        held: the held-out recordings.
         options: of the diagnosis.
     """
+    found = unseen.found
     final, setting = found.final, found.setting
     changed = changes(setting, final, start, seed=options.seed)
     scale = 0.0 if {"Ju", "km"} & set(options.fixed) else options.doubt
     effects = named_effects(found, law, faults, scale)
-    shaped = [t for t in (*final.terms, found.untold) if t is not None and not is_named(t)]
+    shaped = [t for t in (*final.terms, found.residual_shape) if t is not None and not is_named(t)]
     verdict = _verdict(found, effects, bool(shaped), changed, options)
     inside = [t.id for t in final.terms]
     # Another law and faults of the recordings are no candidates of the search.
@@ -67,7 +83,7 @@ def answer(
         Alternative(*rival)
         for rival in rivals(found, leading, known)
         # What no candidate accounts for is not confused with those that were given up.
-        if found.untold is None or effects or rival[0] in found.given_up
+        if found.residual_shape is None or effects or rival[0] in found.rejected
     ]
     # The menu is of the rig's voltages.
     plays = setting.samples[0].recording.drive == "voltage"
@@ -75,15 +91,15 @@ def answer(
     result = DiagnosisResult(
         verdict, _located(found, effects, shaped, verdict), effects, alternatives,
         describe(shaped[0]) if shaped else None, changed,
-        _fit(found, base, before, after, held, options.seed),
+        _fit(unseen, base),
         final.noise.named(velocities=any(s.angles.shape[1] > 2 for s in setting.samples)),
         [f.text for f in faults], [], experiment,
         {
             "fit": [s.recording.source for s in setting.samples],
-            "holdout": [s.recording.source for s in held],
+            "holdout": [s.recording.source for s in unseen.samples],
         },
     )  # fmt: skip
-    return replace(result, sentences=sentences(result, found.given_up, looked=bool(found.rounds)))
+    return replace(result, sentences=sentences(result, found.rejected, looked=bool(found.rounds)))
 
 
 def _verdict(
@@ -107,8 +123,8 @@ def _located(
 ) -> Located | None:
     """Where what leads acts; a name that was given up tells at least where the mismatch sits."""
     fit = found.final
-    if found.untold is not None:
-        return locate(found.setting, fit, found.untold)
+    if found.residual_shape is not None:
+        return locate(found.setting, fit, found.residual_shape)
     if not fit.terms and found.refuted is not None:
         fit = found.refuted
     if not fit.terms:
@@ -129,10 +145,8 @@ def _law_located(effects: list[NamedEffect]) -> Located | None:
     )  # fmt: skip
 
 
-def _fit(
-    found: Found, base: Fit, before: tuple[Judged, ...], after: tuple[Judged, ...],
-    held: Sequence[Samples], seed: int,
-) -> dict:  # fmt: skip
+def _fit(unseen: Unseen, base: Fit) -> dict:
+    found, before, after = unseen.found, unseen.before, unseen.after
     out: dict = {
         "fitted": {
             "log_likelihood": {"before": -0.5 * base.value, "after": -0.5 * found.final.value},
@@ -147,10 +161,10 @@ def _fit(
         out["remainder"] = {
             disc: {"rms_Nm": size, "predictable": part} for disc, size, part in left
         }
-    if not held:
+    if not unseen.samples:
         return out
-    drawn = errors_by_noise(held, found.final, after, seed)
-    floor = noise_floor(drawn, found.final.noise, judged_channels(held[0]))
+    channels = judged_channels(unseen.samples[0])
+    floor = noise_floor(unseen.drawn, found.final.noise, channels)
     for key, which in (("holdout", "free"), ("five_second_prediction", "short")):
         out[key] = {
             name: {
@@ -158,7 +172,7 @@ def _fit(
                 "after_rms": _plain(rms(after, which, i)),
                 "floor_rms": _plain(floor[which][name]),
             }
-            for i, name in enumerate(judged_channels(held[0]))
+            for i, name in enumerate(channels)
             if any(np.isfinite(j.measured[:, i]).any() for j in before)
         }
     out["holdout"]["log_likelihood"] = {

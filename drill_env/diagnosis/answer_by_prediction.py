@@ -10,7 +10,7 @@ import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.explained import explained_share
-from drill_env.diagnosis.intervals import significant
+from drill_env.diagnosis.intervals import Z_95, significant
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.result import (
     Alternative,
@@ -31,8 +31,6 @@ from drill_env.prediction.decide import Choice, Tried
 from drill_env.prediction.fit import Fit, errors_of
 from drill_env.prediction.intervals import covariance, deviations
 from drill_env.prediction.search import Fold
-
-_Z = 1.959964
 
 
 def answer_by_prediction(
@@ -56,6 +54,8 @@ def answer_by_prediction(
     share = _explained(errors["prediction"]) if named else 1.0
     effects_of = [c.chosen.candidate.effect for c in named if c.chosen is not None]
     common = any(e is not None and e.common for e in effects_of)
+    if named and not common:
+        errors["explained"] = share
     stands = common or share >= fold.setting.criteria.share
     effects = [_effect(c, after, i, spread) for i, c in enumerate(kept) if c.named and stands]
     last = kept[-1] if kept and not kept[-1].named else None
@@ -71,7 +71,7 @@ def answer_by_prediction(
     shape = _shape(last.chosen, after) if last is not None and last.chosen is not None else None
     result = DiagnosisResult(
         verdict, None if first is None else _located(first), effects, _alternatives(first), shape,
-        changed, errors | ({} if stands else {"explained": share}), {}, _far_off(after), [], None,
+        changed, errors, {}, _far_off(after), [], None,
         {
             "fit": [c.samples.recording.source for c in fold.setting.cuts],
             "holdout": [c.samples.recording.source for c in fold.unseen],
@@ -86,7 +86,7 @@ def _effect(choice: Choice, after: Fit, place: int, spread: FloatArray) -> Named
     effect = LIBRARY[choice.chosen.candidate.id]
     units = {p.name: p.unit for p in effect.parameters}
     numbers = {
-        name: Number(value, value - _Z * size, value + _Z * size, units[name])
+        name: Number(value, value - Z_95 * size, value + Z_95 * size, units[name])
         for name, (value, size) in deviations(after, place, spread).items()
     }
     return NamedEffect(
@@ -103,7 +103,7 @@ def _changes(after: Fit, spread: FloatArray) -> dict[str, Change]:
     sizes = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", slopes, spread[:count, :count], slopes), 0))
     values = setting.coordinates.values(vector)
     return {
-        name: Change(getattr(setting.start, name), value, value - _Z * size, value + _Z * size)
+        name: Change(getattr(setting.start, name), value, value - Z_95 * size, value + Z_95 * size)
         for (name, value), size in zip(values.items(), sizes.tolist(), strict=True)
     }
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.joint import SIZES, descend_jointly
+from drill_env.diagnosis.joint import SIZES, WORTH_A_ROUND, descend_jointly
 from drill_env.diagnosis.moves import added, with_new_motions
 from drill_env.diagnosis.resonance import resonates, retuned
 from drill_env.diagnosis.rounds import NEEDED, Attempt, Round, is_named
@@ -22,8 +22,6 @@ FIRST_ROUNDS = 2
 # Rounds more for candidates whose gain is not below this share of the best one's, and how many.
 # The last ones get motions that are told anew with the candidate in place.
 _HEATS = ((4, 0.3, 6, False), (6, 0.4, 3, True), (6, 0.5, 3, True))
-# Gain of a round that is worth another one.
-_ENOUGH = 2.0
 # A hopeless candidate that gained less than this rests.
 _MOVES = 1.0
 # Resonances are retuned if they gain this share of the best one.
@@ -51,7 +49,7 @@ def carried_on(
     """
     begin = with_new_motions(setting, start) if anew else start
     done = descend_jointly(
-        setting, begin, limit=rounds, enough=_ENOUGH, only=only, goal=goal, later=later
+        setting, begin, limit=rounds, enough=WORTH_A_ROUND, only=only, goal=goal, later=later
     )
     return attempted(fit, start if done.value > start.value else done)
 
@@ -129,7 +127,7 @@ def _begun_again(setting: Setting, fit: Fit, attempt: Attempt, noise: NoiseModel
     here = added(setting, fit, attempt.term)
     start = evaluate(setting, here.vector, here.terms, noise, here.starts, here.motions)
     there = descend_jointly(
-        setting, start, limit=_TIGHT_ROUNDS, enough=_ENOUGH, only=None, goal=attempt.fit.value
+        setting, start, limit=_TIGHT_ROUNDS, enough=WORTH_A_ROUND, only=None, goal=attempt.fit.value
     )
     return attempted(fit, there)
 

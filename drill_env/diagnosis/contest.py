@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.joint import descend_jointly, polished
+from drill_env.diagnosis.joint import WORTH_A_ROUND, descend_jointly, polished
 from drill_env.diagnosis.moves import added, without
 from drill_env.diagnosis.rounds import NEEDED, Round
 from drill_env.diagnosis.slips import Slips
 
-_TRY_ROUNDS, _RIVAL_ROUNDS, _ENOUGH = 6, 10, 2.0
+_TRY_ROUNDS, _RIVAL_ROUNDS = 6, 10
 # Of the round in which a term was found, tried again beside what was found later.
 _RIVALS = 3
 
@@ -40,7 +40,9 @@ def contest(setting: Setting, fit: Fit, rounds: Sequence[Round]) -> Fit:
         for rival in rivals:
             start = added(setting, fewer, rival.term)
             goal = best.bic - start.bic + start.value
-            tried = descend_jointly(setting, start, limit=_RIVAL_ROUNDS, enough=_ENOUGH, goal=goal)
+            tried = descend_jointly(
+                setting, start, limit=_RIVAL_ROUNDS, enough=WORTH_A_ROUND, goal=goal
+            )
             if tried.bic < best.bic:
                 best = tried
         if best is not fit:

@@ -10,7 +10,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from drill_env._errors import InputError
-from drill_env.diagnosis.answer import answer
+from drill_env.diagnosis.answer import Unseen, answer
 from drill_env.diagnosis.by_prediction import PredictionDiagnosis, diagnose_by_prediction
 from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.declare import extended_rig
@@ -172,22 +172,20 @@ def _diagnose(
             samples, rig, found, library, options.most, report, options.doubt, options.fixed
         )
     report("judging held-out recordings")
-    law, found, held, before, after, table = _held_out(found, law, held, options.seed)
+    law, unseen, table = _held_out(found, law, held, options.seed)
+    found = unseen.found
     base = law.before if law else found.base
     faults = [f for f in find_faults(found.setting, found.final) if f.id not in options.leave_out]
-    result = answer(found, base, rig, law, faults, before, after, held, options)
-    result = with_predictions(result, table)
+    result = with_predictions(answer(unseen, base, rig, law, faults, options), table)
     return Diagnosis(
-        result, found, rig, extended_rig(found.final.rig, found.final.terms), before, after,
-        tuple(s.recording.source for s in held),
+        result, found, rig, extended_rig(found.final.rig, found.final.terms), unseen.before,
+        unseen.after, tuple(s.recording.source for s in unseen.samples),
     )  # fmt: skip
 
 
 def _held_out(
     plain: Found, law: LawFit | None, held: Sequence[Samples], seed: int
-) -> tuple[
-    LawFit | None, Found, list[Samples], tuple[Judged, ...], tuple[Judged, ...], Weighed | None
-]:
+) -> tuple[LawFit | None, Unseen, Weighed | None]:
     """What stands on all recordings, those held out cleaned, and how they are judged.
 
     A law of friction that bends to the fitted ones alone is none.
@@ -201,15 +199,15 @@ def _held_out(
     after = tuple(judge(s, found.setting, found.final) for s in ready)
     if law and _far_further(before, after):
         return _held_out(plain, None, held, seed)
-    if ready and found.final.terms:
+    drawn = errors_by_noise(ready, found.final, after, seed)
+    found = that_explain(found, before, after, drawn, Criteria())
+    if found.explained < Criteria().share:
+        after = tuple(judge(s, found.setting, found.final) for s in ready)
         drawn = errors_by_noise(ready, found.final, after, seed)
-        found = that_explain(found, before, after, drawn, Criteria())
-        if found.explained < Criteria().share:
-            after = tuple(judge(s, found.setting, found.final) for s in ready)
     found = with_remainder(found, setting, base, law is not None, before, after)
-    if law and found.untold is not None:
+    if law and found.residual_shape is not None:
         return _held_out(plain, None, held, seed)
-    return law, found, ready, before, after, table
+    return law, Unseen(found, ready, before, after, drawn), table
 
 
 def _far_further(before: Sequence[Judged], after: Sequence[Judged]) -> bool:

@@ -1,8 +1,8 @@
 """Whether what was found explains what the rig alone predicts wrongly.
 
-What is in no library is stood in for by the name that comes nearest. Beside other candidates that
-looks certain; that unseen recordings are still predicted badly tells that it is not what is
-missing, or not all of it. A model that is right errs by what its noise gives (the predictive check
+For physics of no library the nearest name is a surrogate, and beside other candidates it looks
+certain. That unseen recordings are still predicted badly shows that it is not what is missing, or
+not all of it. A model that is right errs by what its noise gives (the predictive check
 of Box, Journal of the Royal Statistical Society A 143, 1980).
 """
 
@@ -45,7 +45,7 @@ def that_explain(
     found: Found, before: Sequence[Judged], after: Sequence[Judged],
     drawn: Mapping[str, Sequence[FloatArray]], criteria: Criteria,
 ) -> Found:  # fmt: skip
-    """What was found, its names given back where they explain too little of unseen recordings.
+    """What was found, its names rejected where they explain too little of unseen recordings.
 
     A name must take away the share of the error beyond noise that it must explain of a free
     function. What the fit takes for noise is none where it would give twice the squared error that

@@ -12,7 +12,7 @@ from drill_env.diagnosis.terms import Shape, Term
 from drill_env.identification.coordinates import inverse
 from drill_env.parameters import Rig
 
-_Z = 1.959964
+Z_95 = 1.959964
 
 
 def numbers_of(fit: Fit, term: Term, scale: float = 0.0) -> dict[str, Number]:
@@ -36,7 +36,7 @@ def numbers_of(fit: Fit, term: Term, scale: float = 0.0) -> dict[str, Number]:
     for p, value, s in zip(term.source.effect.parameters, term.q, deviation, strict=True):
         s = math.hypot(s, scale * value) if "Nm" in p.unit else s
         s = math.hypot(s, p.form * value) if p.role != "phase" else s
-        out[p.name] = Number(float(value), float(value - _Z * s), float(value + _Z * s), p.unit)
+        out[p.name] = Number(float(value), float(value - Z_95 * s), float(value + Z_95 * s), p.unit)
     return out
 
 

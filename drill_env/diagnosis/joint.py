@@ -45,6 +45,9 @@ _PROMISE = 0.2
 # on and on while it cancels what the rig's own parameters do, and they it.
 _ENOUGH, _SHAPE_ROUNDS = 0.5, (5, 2.0)
 
+WORTH_A_ROUND = 2.0
+"""Fall of minus twice the log likelihood that is worth a round: what a number costs (Akaike)."""
+
 HOPE = 0.5
 """Share of what each round to come must gain on average below which a goal will not be reached."""
 

@@ -94,4 +94,4 @@ def _told(found: Found, latents: Sequence[Latent]) -> Found:
     flat = Term(shape, np.zeros(shape.size))
     basis = np.concatenate([flat.slopes(found.final.rig, m)[0][:, column] for m in motions])
     q = np.linalg.lstsq(basis, np.concatenate(values), rcond=None)[0]
-    return replace(found, untold=Term(shape, np.asarray(q, dtype=np.float64)))
+    return replace(found, residual_shape=Term(shape, np.asarray(q, dtype=np.float64)))

@@ -77,7 +77,7 @@ def _confused(found: Found) -> tuple[Attempt, Attempt] | None:
     """What was found first and its best rival that was neither found too nor given up."""
     first, present = found.rounds[0], {term.id for term in found.final.terms}
     ranked = sorted((*first.named, *first.shapes), key=lambda a: -a.criterion)
-    left = [a for a in ranked if a.term.id not in found.given_up]
+    left = [a for a in ranked if a.term.id not in found.rejected]
     leading = [a for a in left if a.term.id in present][:1] or left[:1]
     rivals = [a for a in left if a.term.id not in present and a not in leading]
     rivals.sort(key=lambda a: -probability_in(first, a.term.id))

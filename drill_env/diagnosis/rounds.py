@@ -87,10 +87,10 @@ class Found:
         base: the rig alone, fitted.
         rounds: one for each effect that was looked for.
         final: the fit with all that is believed in.
-        refuted: a fit with names that were given back, if any.
+        refuted: a fit with names that were rejected, if any.
         explained: share of the error of unseen predictions that what was found takes away.
         remainder: how much of what the final fit leaves over the motion predicts.
-        untold: the shape of that where nothing that was found accounts for it.
+        residual_shape: the shape of that where nothing that was found accounts for it.
     """
 
     setting: Setting
@@ -100,10 +100,10 @@ class Found:
     refuted: Fit | None = None
     explained: float = 1.0
     remainder: Remainder | None = None
-    untold: Term | None = None
+    residual_shape: Term | None = None
 
     @property
-    def given_up(self) -> tuple[str, ...]:
+    def rejected(self) -> tuple[str, ...]:
         """The names that were refuted."""
         return () if self.refuted is None else tuple(term.id for term in self.refuted.terms)
 

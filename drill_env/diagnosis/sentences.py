@@ -21,13 +21,13 @@ CONFUSED = 0.02
 
 
 def sentences(
-    result: DiagnosisResult, given_up: Sequence[str] = (), *, looked: bool = True
+    result: DiagnosisResult, rejected: Sequence[str] = (), *, looked: bool = True
 ) -> list[str]:
     """What was found, where, how sure, what it is confused with and what to do next.
 
     Args:
         result: of the diagnosis.
-        given_up: names that the rest of the recordings speak against.
+        rejected: names that the rest of the recordings speak against.
         looked: whether effects were looked for at all.
     """
     lines = [_verdict(result) if looked else "No effect was looked for: this is the rig alone."]
@@ -47,7 +47,7 @@ def sentences(
         )
     lines += _left_over(result)
     if result.verdict in ("missing_physics", "unexplained"):
-        lines += _confusion(result, given_up)
+        lines += _confusion(result, rejected)
     lines += _gain(result)
     if result.next_experiment is not None:
         e = result.next_experiment
@@ -122,22 +122,22 @@ def _effect(effect: NamedEffect) -> str:
 def _left_over(result: DiagnosisResult) -> list[str]:
     left = result.fit.get("remainder") or {}
     return [
-        f"Of the torque that is left over at the {disc} disc ({part['rms_Nm']:.2g} Nm root mean "
+        f"Of the residual torque at the {disc} disc ({part['rms_Nm']:.2g} Nm root mean "
         f"square), the motion predicts {part['predictable']:.0%} in recordings not learnt from."
         for disc, part in left.items()
         if part["predictable"] > PREDICTABLE
     ]
 
 
-def _confusion(result: DiagnosisResult, given_up: Sequence[str]) -> list[str]:
+def _confusion(result: DiagnosisResult, rejected: Sequence[str]) -> list[str]:
     share = result.fit.get("explained", 1.0)
     why = "held-out recordings contradict it"
     if share < 1.0:
-        why = f"with it unseen 5 s predictions lose only {share:.0%} of their squared error"
+        why = f"it removes only {share:.0%} of the squared error of unseen 5 s predictions"
     lines = [
-        f"{a.id} was rejected as its name: {why}." for a in result.alternatives if a.id in given_up
+        f"{a.id} was rejected as its name: {why}." for a in result.alternatives if a.id in rejected
     ]
-    rivals = [a for a in result.alternatives if a.id not in given_up]
+    rivals = [a for a in result.alternatives if a.id not in rejected]
     rivals.sort(key=lambda a: -a.probability)
     if rivals and rivals[0].probability >= CONFUSED:
         lines.append(
@@ -192,10 +192,10 @@ def sentences_by_prediction(result: DiagnosisResult) -> list[str]:
             f"{result.shape.coordinate}; its curve is in the report."
         )
     share = result.fit.get("explained")
-    if share is not None:
+    if share is not None and not result.effects:
         lines.append(
-            f"What comes nearest takes only {share:.0%} of the squared error of unseen predictions "
-            "away: it stands in for what is missing."
+            f"The best candidate removes only {share:.0%} of the squared error of unseen "
+            "predictions: it is a surrogate for the missing physics, and no name of it."
         )
     rivals = [a for a in result.alternatives if a.probability >= CONFUSED]
     if rivals:

@@ -20,16 +20,18 @@ from drill_env.diagnosis.extended import value_at
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.grids import grid_of
 from drill_env.diagnosis.ground import Ground
-from drill_env.diagnosis.joint import HOPE, descend_jointly
+from drill_env.diagnosis.joint import WORTH_A_ROUND, descend_jointly
 from drill_env.diagnosis.moves import added, gain_of, own_values
 from drill_env.diagnosis.rounds import Attempt, is_named
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.diagnosis.within import moved_in
 from drill_env.effects import Effect
 
-# Peaks at which descents begin, rounds of the one that goes on, and gain of a round below which
-# it ends.
-_PEAKS, _ROUNDS, _ENOUGH = 3, 12, 2.0
+# Peaks at which descents begin, and rounds of the one that goes on.
+_PEAKS, _ROUNDS = 3, 12
+# Share of what the best name explains of the worst recording from which the others are asked: they
+# have less that is wrong, so what falls further behind there does not come to the front by them.
+_BESIDE = 0.5
 # Points closer than this factor in every number are on one peak.
 _CLOSE = 1.3
 
@@ -63,20 +65,22 @@ def descended(ground: Ground, effect: Effect, done: Sequence[Attempt]) -> Attemp
     starts = [added(*one, Term(source, q)) for q in _peaks(points, _gains(*one, source, points))]
     starts = [descend_jointly(one[0], s, limit=1, enough=1.0, only=None) for s in starts]
     first = min(starts, key=lambda there: there.value)
-    first = _on(one[0], first, best)
+    first = _raced(one[0], first, best)
     inside = moved_in(one[0], first)
     if inside is not first:
         # Along a motion that knows the future a gear may follow anything.
-        first = _on(one[0], inside, best)
-    if own - first.value < HOPE * (own - best):
+        first = _raced(one[0], inside, best)
+    if own - first.value < _BESIDE * (own - best):
         return None
     # With the noise of the rig alone: that of one recording may be far too small for another.
     start = added(setting, replace(fit, vector=first.vector), first.terms[-1])
-    return attempted(fit, _on(setting, start, goal_of(fit, attempted(fit, start), done)))
+    return attempted(fit, _raced(setting, start, goal_of(fit, attempted(fit, start), done)))
 
 
-def _on(setting: Setting, start: Fit, goal: float) -> Fit:
-    return descend_jointly(setting, start, limit=_ROUNDS, enough=_ENOUGH, only=None, goal=goal)
+def _raced(setting: Setting, start: Fit, goal: float) -> Fit:
+    return descend_jointly(
+        setting, start, limit=_ROUNDS, enough=WORTH_A_ROUND, only=None, goal=goal
+    )
 
 
 def _best_value(setting: Setting, done: Sequence[Attempt], place: int) -> float:

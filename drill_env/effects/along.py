@@ -9,7 +9,7 @@ import numpy as np
 from drill_env._types import FloatArray, IntArray
 from drill_env.effects import Effect
 from drill_env.effects._along import errors_along, inner_along, torques_along
-from drill_env.effects._along import over_interval as over_interval
+from drill_env.effects._along_interval import over_interval as over_interval
 from drill_env.effects.declared import Declared, bundled, declared
 from drill_env.effects.signal import MOST_STATES, PORTS, SIGNAL
 from drill_env.friction import kernel_record

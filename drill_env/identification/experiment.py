@@ -13,7 +13,13 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.identification.knowledge import SIGMAS, Knowledge, bounded, untold, wider_than
+from drill_env.identification.knowledge import (
+    SIGMAS,
+    Knowledge,
+    bounded,
+    residual_shape,
+    wider_than,
+)
 from drill_env.identification.prediction_error import score
 from drill_env.identification.samples import prepare
 from drill_env.integrator import sampled_voltage, simulate
@@ -88,7 +94,7 @@ class Plan:
         return {
             "criterion": self.criterion,
             "signal": self.best.signal.text,
-            "untold": untold(self.knowledge),
+            "residual_shape": residual_shape(self.knowledge),
             "parameters": {
                 name: {
                     "value": getattr(self.knowledge.rig, name),

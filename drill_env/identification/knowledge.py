@@ -104,7 +104,7 @@ def weak_knowledge(rig: Rig, *, fixed: Sequence[str] = ("Ju",), doubt: float = _
     return replace(bare, information=_vague(bare, doubt))
 
 
-def untold(knowledge: Knowledge) -> list[str]:
+def residual_shape(knowledge: Knowledge) -> list[str]:
     """In words: parameters whose 95 % interval is wider than 20 %, and those that trade off."""
     if not knowledge.sources:
         return [f"no recording yet: nothing is told of {', '.join(knowledge.free)}"]

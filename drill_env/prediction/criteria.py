@@ -23,7 +23,8 @@ class Criteria:
         gain: nats on unseen windows below which two models predict alike; Sivula, Magnusson and
             Vehtari, arXiv:2008.10296 (2020), take 4.
         share: of what a free shape at the same place explains from which a name stands for it.
-            Every law fails on enough data.
+            Every law fails on enough data. So much of the squared error of unseen predictions,
+            beyond noise, what was found must remove: else it is a surrogate.
         common: prior odds of a name that most machines have (Coulomb and viscous friction, an
             offset, a weight) to one that few have.
         reach: standard deviations by which a number of the rig may leave the given one. Further

@@ -81,7 +81,7 @@ def effect_rows(numbers: Mapping[str, Number]) -> list[dict[str, str]]:
 
 
 def ranking_rows(
-    found: Round, kept: tuple[Term, ...], given_up: tuple[str, ...] = ()
+    found: Round, kept: tuple[Term, ...], rejected: tuple[str, ...] = ()
 ) -> list[dict[str, Any]]:
     """Candidates of one search, most probable first, those that were given up last."""
     names = {term.id for term in kept}
@@ -93,11 +93,11 @@ def ranking_rows(
             "what": _meaning(attempt.term),
             "chance": probability_in(found, attempt.term.id),
         }
-        if row["id"] in given_up:
+        if row["id"] in rejected:
             row["what"] += " Rejected: held-out recordings contradict it."
         rows.append({**row, "gain": f"{attempt.criterion:.0f}"})
     rows.sort(key=lambda row: -row["chance"])
-    given = [row for row in rows if row["id"] in given_up]
+    given = [row for row in rows if row["id"] in rejected]
     best = [row for row in rows if row not in given][: _MOST_ROWS - len(given)] + given
     for row in best:
         row["percent"] = f"{100 * row['chance']:.1f}"

@@ -48,7 +48,7 @@ rowspan="{{ r.errors|length }}">{{ r.verdict }}</td>{% endif %}</tr>{% endfor %}
 <td class="l">{{ p.unit }}</td><td>{{ p.between }}</td><td>{{ p.width }}</td></tr>{% endfor %}
 </table></div>
 <div><h3>What the recordings do not tell</h3>
-{% if untold %}<ul>{% for line in untold %}<li>{{ line }}</li>{% endfor %}</ul>
+{% if residual_shape %}<ul>{% for line in residual_shape %}<li>{{ line }}</li>{% endfor %}</ul>
 {% else %}<p>No interval is wider than 20 % and no two parameters trade off.</p>{% endif %}
 <h3>Noise found</h3>
 <div class="wide"><table>{% for n in noise %}<tr><td class="l">{{ n.what }}</td>

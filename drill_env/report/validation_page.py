@@ -18,7 +18,7 @@ from drill_env._types import PathLike
 from drill_env.identification.coordinates import active_names
 from drill_env.identification.estimate import Estimate
 from drill_env.identification.estimate_file import estimate_document
-from drill_env.identification.knowledge import knowledge_of, untold
+from drill_env.identification.knowledge import knowledge_of, residual_shape
 from drill_env.identification.laws import LawComparison
 from drill_env.identification.validation import Validation
 from drill_env.parameters import SYMBOLS
@@ -55,7 +55,7 @@ def validation_summary(
     """
     summary: dict[str, Any] = {
         "estimate": estimate_document(estimate),
-        "untold": untold(knowledge_of(estimate)),
+        "residual_shape": residual_shape(knowledge_of(estimate)),
         "recordings": [
             {**validation.as_dict(), "role": _role(estimate, validation)}
             for validation in validations
@@ -96,7 +96,7 @@ def save_validation_page(
         fitted=len(estimate.problem.samples),
         parameters=_parameter_rows(estimate),
         noise=_noise_rows(estimate),
-        untold=untold(knowledge_of(estimate)),
+        residual_shape=residual_shape(knowledge_of(estimate)),
         plotly=get_plotlyjs(),
         correlation=_html(correlation_figure(estimate)),
         friction=_html(friction_figure(estimate, _top_speed(validations))) if whole else "",

@@ -1,0 +1,99 @@
+"""Compiled torques that an effect's ports are, on discs whose motion is known."""
+
+from drill_env._jit import inlined, kernel
+from drill_env.effects.signal import respond
+from drill_env.friction.kernels import lower_sliding
+
+
+@inlined
+def sign(value):
+    """-1, 0 or 1."""
+    return 1.0 if value > 0.0 else (-1.0 if value < 0.0 else 0.0)
+
+
+@kernel
+def set_motion(p, s, x, v, w, angle, u):
+    """Signal of a state under a voltage, with what follows from both."""
+    s.twist, s.omega_u, s.omega_l, s.theta_l, s.u = x, v, w, angle, u
+    s.theta_u = angle + x
+    s.pull = p.ktheta * x
+    s.speed_u, s.speed_l = abs(v), abs(w)
+    s.rest_u, s.rest_l = v == 0.0, w == 0.0
+    s.side_u = sign(p.km * u - s.pull) if s.rest_u else sign(v)
+    s.side_l = sign(s.pull) if s.rest_l else sign(w)
+    side = 0.0 if s.rest_u else s.side_u
+    s.friction_u = p.Tsu + side * p.dTsu + (p.bu + side * p.dbu) * s.speed_u
+    s.friction_l = lower_size(p, s.speed_l)
+
+
+@kernel
+def lower_size(p, speed):
+    """Size (Nm) of the lower disc's own friction."""
+    torque = lower_sliding(p, speed)
+    return 0.0 if p.clamp and torque < 0.0 else torque
+
+
+@kernel
+def clear(out, s):
+    """Nothing added to the ports."""
+    out.volts = out.torque_u = out.torque_l = out.string = 0.0
+    out.size_u = out.size_l = out.scale_u = out.scale_l = out.inertia_u = 0.0
+    out.angle_u = out.angle_l = 0.0
+    out.drive = 1.0
+    out.read_l = s.speed_l
+
+
+@kernel
+def against(omega, net, torque):
+    """The torque (Nm) with which additional friction of size `torque` acts on a disc.
+
+    A resting disc is held by no more than what pulls on it; less friction pushes it on.
+    """
+    if omega != 0.0:
+        return -sign(omega) * torque
+    if torque >= 0.0:
+        return -min(max(net, -torque), torque)
+    return -sign(net) * torque
+
+
+@kernel
+def left(omega, net, size):
+    """Torque (Nm) that friction of a size leaves of what pulls on a disc."""
+    if omega != 0.0:
+        return net - sign(omega) * size
+    return net - min(max(net, -size), size)
+
+
+@kernel
+def torque_on_upper(p, s, out):
+    """What the ports are as a torque (Nm) on the rig's own upper disc."""
+    plain = p.km * s.u - s.pull
+    net = out.drive * p.km * (s.u + out.volts) + out.torque_u - s.pull - out.string
+    more = s.friction_u * out.scale_u + out.size_u
+    if out.drive == 1.0:
+        return net - plain + against(s.omega_u, net + s.other_u, more)
+    return p.Ju * acceleration_u(p, s, out) - left(s.omega_u, plain, s.friction_u)
+
+
+@kernel
+def acceleration_u(p, s, out):
+    """Acceleration (rad/s^2) of the upper disc with what the ports are."""
+    net = out.drive * p.km * (s.u + out.volts) + out.torque_u - s.pull - out.string
+    size = s.friction_u * (1.0 + out.scale_u) + out.size_u
+    return left(s.omega_u, net, size) / (p.Ju + out.inertia_u)
+
+
+@kernel
+def torque_on_lower(p, s, out):
+    """What the ports are as a torque (Nm) on the rig's own lower disc."""
+    more = out.string + out.torque_l
+    law = s.friction_l if out.read_l == s.speed_l else lower_size(p, out.read_l)
+    extra = law * (1.0 + out.scale_l) + out.size_l - s.friction_l
+    return more + against(s.omega_l, s.pull + more + s.other_l, extra)
+
+
+@kernel
+def ask(p, e, s, out):
+    """Let the effect add to clear ports."""
+    clear(out, s)
+    respond(e.code, p, e, s, out)
