@@ -6,7 +6,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-SCRIPTS = ("integrator_speed", "environment_speed", "bifurcation_speed", "identification_speed")
+SCRIPTS = (
+    "integrator_speed",
+    "environment_speed",
+    "effects_speed",
+    "bifurcation_speed",
+    "identification_speed",
+)
 
 
 def main() -> int:

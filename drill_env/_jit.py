@@ -115,11 +115,23 @@ def _reachable(made: Dispatcher) -> set[Dispatcher]:
     found, pending = {made}, [made]
     while pending:
         function = pending.pop().py_func
-        named = (function.__globals__.get(name) for name in function.__code__.co_names)
-        new = {kernel for kernel in named if isinstance(kernel, Dispatcher)} - found
+        new = _called(function) - found
         found |= new
         pending += new
     return found
+
+
+def _called(function: Callable[..., Any]) -> set[Dispatcher]:
+    """The kernels that a function names."""
+    named = (function.__globals__.get(name) for name in function.__code__.co_names)
+    return {kernel for kernel in named if isinstance(kernel, Dispatcher)}
+
+
+def names_in(made: Unit) -> set[str]:
+    """Names and attributes that the source of a unit, or of a kernel it calls, mentions."""
+    reached = set().union(*(_reachable(kernel) for kernel in _called(made.function)))
+    functions = [made.function, *(kernel.py_func for kernel in reached)]
+    return {name for function in functions for name in function.__code__.co_names}
 
 
 event.register("numba:compile", _Watch())

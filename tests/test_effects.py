@@ -389,6 +389,26 @@ def test_friction_step_equals_two_runs():
     np.testing.assert_allclose(ours.state[1000:], then.state, atol=3e-4)
 
 
+def test_a_pulse_and_fading_friction_release_a_rig_at_rest():
+    """At the pulse's own time, and when the friction that is left equals the motor's torque."""
+    struck = extended({"id": "torque_pulse", "torque": 0.3, "time": 7.3, "duration": 5.0})
+    run = simulate(struck, 0.05, 9.0, rate=100.0)
+    assert run.t[run.omega_l != 0.0][0] == pytest.approx(7.31)
+    fading = extended({"id": "friction_warmup", "excess": 3.0, "time_constant": 4.0})
+    run = simulate(fading, 0.2, 14.0, rate=100.0)
+    own = RIG.Tsu + RIG.dTsu
+    freed = 4.0 * math.log(3.0 * own / (0.2 * RIG.km - own))
+    assert freed < run.t[run.omega_u != 0.0][0] < freed + 0.02
+
+
+def test_a_rig_at_rest_costs_one_step_a_voltage():
+    """Nothing of these effects can change while nothing moves, so nothing is integrated."""
+    effects = usual(LIBRARY["quadratic_drag"]), usual(LIBRARY["upper_asymmetry"])
+    run = simulate(extended(*effects), 0.02, 600.0, rate=1.0)
+    assert (run.state == 0.0).all() and len(run.t) == 601
+    assert run.steps == 0
+
+
 def test_one_inertia_runs_with_the_effects_that_fit_it():
     rig = Rig.one_inertia(km=3.5, Ju=0.5, Tsu=0.3, bu=2.0)
     run = simulate(extended({"id": "upper_quadratic_drag", "coefficient": 0.5}, rig=rig), 3.0, 10.0)

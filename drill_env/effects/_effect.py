@@ -8,6 +8,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from drill_env._errors import InputError
+from drill_env._jit import names_in
 from drill_env._types import FloatArray
 
 Component: TypeAlias = Literal["actuator", "upper", "string", "lower", "sensor"]
@@ -122,6 +123,11 @@ class Effect:
     last: bool = False
     senses: bool = False
     common: bool = False
+
+    @property
+    def follows_time(self) -> bool:
+        """Whether it may change while nothing moves: it reads the time or the dwell."""
+        return not {"t", "dwell_l"}.isdisjoint(names_in(self.kernel))
 
     @property
     def code(self) -> int:

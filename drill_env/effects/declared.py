@@ -65,6 +65,12 @@ class Declared:
         return bool((self.entries["idle"] == 0).any())
 
     @property
+    def restless(self) -> bool:
+        """Whether an effect may change while both discs rest under a constant voltage."""
+        acting = self.entries[self.entries["idle"] == 0]
+        return self.inner > 0 or bool(acting["timed"].any())
+
+    @property
     def reads_past(self) -> bool:
         """Whether an effect reads the voltage late."""
         return bool(((self.entries["delayed"] == 1) & (self.entries["senses"] == 0)).any())
@@ -161,6 +167,7 @@ def _entry(effect: Effect, numbers: FloatArray) -> _Row:
     entry["states"], entry["switches"] = effect.states, effect.switches
     entry["drives"] = effect.replaces_balance
     entry["upper"], entry["delayed"] = effect.equation == "upper", bool(effect.delay)
+    entry["timed"] = effect.follows_time
     entry["q"][: len(numbers)] = numbers
     for key, name in (("delay", effect.delay), ("hertz", effect.swings)):
         if name:
@@ -202,7 +209,7 @@ def _table_row(entry: Mapping[str, Any], rig: Rig) -> _Row:
     row = np.zeros((), dtype=ENTRY)
     row["code"], row["table"], row["switches"] = tabulated.address, table.ctypes.data, 1
     row["senses"] = row["idle"] = action.startswith("angle")
-    row["upper"] = action.endswith("_u")
+    row["upper"], row["timed"] = action.endswith("_u"), coordinate == "time"
     row["q"][:4] = COORDINATES.index(coordinate), ACTIONS.index(action), table.shape[1], period
     return 0, row, table
 

@@ -70,6 +70,7 @@ ENTRY = np.dtype(
         ("senses", "i8"),  # whether the encoders are wrong and not the rig
         ("idle", "i8"),  # whether the motion is the same without it
         ("delayed", "i8"),  # whether it reads the past
+        ("timed", "i8"),  # whether it may change while nothing moves
         ("drives", "i8"),  # whether it puts a motor of its own between voltage and disc
         ("upper", "i8"),  # whether it acts on the upper disc alone
         ("states", "i8"),

@@ -104,8 +104,9 @@ def fill_own_torques(row, work, tab):
     """Friction torques (Nm) of the rig's own laws, those that hold where a disc rests."""
     if work.acting == 0:
         return
-    rates_now(row.p, row.run, work, tab, row.voltage)
     s, mode = work.signal, row.run.mode
+    if work.restless or not work.has_rates or mode[0] != 0 or mode[1] != 0:
+        rates_now(row.p, row.run, work, tab, row.voltage)
     row.torque[0] = work.net[0] if mode[0] == 0 else mode[0] * s.friction_u
     row.torque[1] = work.net[1] if mode[1] == 0 else mode[1] * s.friction_l
 

@@ -203,8 +203,8 @@ def one_step(p, run, work, tab):
     watching = run.chatter < _CHATTER_LIMIT
     if watching and pass_overdue(p, run, work, tab):
         return DONE
-    if watching and run.mode[0] == 0 and run.mode[1] == 0 and work.acting == 0:
-        if work.coefficients == 1:
+    if watching and run.mode[0] == 0 and run.mode[1] == 0 and work.restless == 0:
+        if work.coefficients == 1 and work.late <= 1:
             rest_to_end(run, work)
             return DONE
     h, t_new = choose_step(run, work)

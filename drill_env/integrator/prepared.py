@@ -99,6 +99,7 @@ def equip(work: np.ndarray, effects: Declared) -> None:
     acting = effects.acts
     work["effects"] = effects.entries.ctypes.data
     work["acting"] = len(effects.entries) if acting else 0
+    work["restless"] = effects.restless
     work["inner"] = effects.inner if acting else 0
     work["switches"] = effects.switches if acting else 0
     work["max_step"] = np.minimum(work["max_step"], effects.longest_step)

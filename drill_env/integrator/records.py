@@ -90,6 +90,7 @@ WORK = np.dtype(
         # Of rigs with effects: address and count of their entries, and working arrays.
         ("effects", "i8"),
         ("acting", "i8"),
+        ("restless", "i8"),  # whether they may change while nothing moves
         ("inner", "i8"),  # inner states of all of them
         ("switches", "i8"),
         ("inner_out", "i8"),  # address of the inner states at the samples, or 0
