@@ -133,15 +133,6 @@ def place_of(term: Term) -> tuple[str, str]:
     return source.component, source.depends_on
 
 
-def acts_at(term: Term, discs: Sequence[int]) -> bool:
-    """Whether a term shows as a torque on one of some discs, 0 the upper one and 1 the lower."""
-    if isinstance(term.source, (Shape, Slips)) or term.source.effect.senses:
-        # A reading that is off shows as torques on both discs.
-        return bool(discs)
-    equation = term.source.effect.equation
-    return any(equation in ("both", ("upper", "lower")[disc]) for disc in discs)
-
-
 def at_its_limit(attempt: Attempt, others: Sequence[Attempt]) -> bool:
     """Whether a candidate came to where it is another one that was fitted too, or the rig's own.
 
