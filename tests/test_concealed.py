@@ -169,7 +169,7 @@ def test_what_is_left_over_is_told_of_right_answers_and_of_quiet_nulls():
     rows = []
     for kind, verdict, share in (("null", "consistent", 0.04), ("null", "unexplained", 0.9)):
         left["lower"]["predictable"] = share
-        rows.append(mark(_answer(kind), _diagnosis(verdict, fit={"remainder": left})))
+        rows.append(mark(_answer(kind), _diagnosis(verdict, fit={"residual_torque": left})))
     rows.append(mark(_answer("null"), _diagnosis("consistent")))
     found = measure([{**row, "cpu_s": None} for row in rows])
     quiet = found["predictable of what is left, nothing missing and told so"]

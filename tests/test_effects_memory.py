@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drill_env.diagnosis.late import on_time, telling
+from drill_env.diagnosis.late_readings import on_time, telling
 from drill_env.effects.along import Motion, inner_states
 from drill_env.effects.steady import acting
 from drill_env.integrator.resume import resume

@@ -9,8 +9,8 @@ import pytest
 
 from drill_env.diagnosis import evidence
 from drill_env.diagnosis.evidence import decided
+from drill_env.diagnosis.lost_counts import LostCounts
 from drill_env.diagnosis.rounds import Attempt, Found, Round
-from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Named, Shape, Term
 from drill_env.effects import LIBRARY
 from drill_env.prediction.criteria import Criteria
@@ -39,7 +39,7 @@ def shape(component: str) -> Term:
 
 
 LOST = Term(
-    Slips("missed_counts_upper", "sensor", "omega_u", "error", (0.0,), nothing),
+    LostCounts("missed_counts_upper", "sensor", "omega_u", "error", (0.0,), nothing),
     np.array([0.0015]),
 )
 
@@ -69,7 +69,7 @@ def made_up(monkeypatch):
 def decision(fits, *, final=None, steps=(), held=(1,)):
     """Ids that stand, and the table."""
     attempts = [Attempt(f, f.terms[-1], -f.bic, -f.bic) for f in fits]
-    names = tuple(a for a in attempts if isinstance(a.term.source, (Named, Slips)))
+    names = tuple(a for a in attempts if isinstance(a.term.source, (Named, LostCounts)))
     shapes = tuple(a for a in attempts if a not in names)
     rounds = (Round(BASE, (), names, shapes), *(Round(s, (), (), ()) for s in steps))
     found, table = decided(Found(None, BASE, rounds, final or fits[0]), held, Criteria())

@@ -11,14 +11,14 @@ import pytest
 from benchmarks.concealed.fields import PAPER, plant_record
 from benchmarks.concealed.signals import signal
 from drill_env import Rig
-from drill_env.diagnosis import extended, joint, within
-from drill_env.diagnosis.at_rest import best_at_rest
+from drill_env.diagnosis import extended, in_filter, joint
 from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.extended import evaluate, whitened
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.ground import ground_at
+from drill_env.diagnosis.fit_changes import added
 from drill_env.diagnosis.joint import joint_step, overreaches
-from drill_env.diagnosis.moves import added
+from drill_env.diagnosis.linearised import linearised_at
+from drill_env.diagnosis.stiction_starts import best_at_rest
 from drill_env.diagnosis.terms import Named, Term, with_terms
 from drill_env.effects import LIBRARY
 from drill_env.identification.noise import NoiseModel
@@ -125,7 +125,7 @@ def test_slopes_are_those_of_the_predictions(name: str):
 
 def test_a_stronger_hold_is_sought_by_the_likelihood_itself():
     setting, base = setting_of(*(played("dwell_stiction", family) for family in ("ramp", "chirp")))
-    found = best_at_rest(ground_at(setting, base), Named(LIBRARY["dwell_stiction"]))
+    found = best_at_rest(linearised_at(setting, base), Named(LIBRARY["dwell_stiction"]))
     assert found is not None and found[1] > 50.0
     fit = added(setting, base, found[0])
     assert base.value - fit.value == pytest.approx(found[1], rel=1e-6)
@@ -139,7 +139,7 @@ def test_a_disc_that_never_rests_says_nothing_of_its_hold():
     angles = run_played(Rig(), t, u, np.array([0.0, 2.0, 2.0, 0.0]))[1]
     samples = prepare(Recording(t, u, angles[:, 0], angles[:, 1]), Rig())
     setting, base = setting_of(samples)
-    assert best_at_rest(ground_at(setting, base), Named(LIBRARY["dwell_stiction"])) is None
+    assert best_at_rest(linearised_at(setting, base), Named(LIBRARY["dwell_stiction"])) is None
 
 
 def test_presliding_yields_below_the_brakes_torque_and_springs_back():
@@ -183,8 +183,8 @@ def test_where_the_filter_breaks_down_the_numbers_along_the_motion_stay(monkeypa
     fit = added(setting, base, outside)
     none = np.full_like(fit.gradient, math.nan)
     broken = replace(fit, value=math.inf, gradient=none, terms=(term,))
-    monkeypatch.setattr(within, "evaluate", lambda *point: broken)
-    assert within.within_filter(setting, fit, lambda text: None) is fit
+    monkeypatch.setattr(in_filter, "evaluate", lambda *point: broken)
+    assert in_filter.within_filter(setting, fit, lambda text: None) is fit
     # A descent from there goes nowhere, and says so.
     assert joint_step(setting, broken, 1e-4)[0] is broken
     assert not overreaches(setting, broken, 1e-4)

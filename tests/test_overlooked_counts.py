@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from drill_env.diagnosis import search as module
+from drill_env.diagnosis.lost_counts import LostCounts
 from drill_env.diagnosis.rounds import Attempt, Round
-from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 
 LOST = Term(
-    Slips("missed_counts_upper", "sensor", "time", "error", (0.0,), lambda rig, motion: None),
+    LostCounts("missed_counts_upper", "sensor", "time", "error", (0.0,), lambda rig, motion: None),
     np.array([0.0015]),
 )
 WARMUP = Term(Named(LIBRARY["friction_warmup"]), np.array([0.01, 14.0]))

@@ -10,8 +10,8 @@ import pytest
 from benchmarks.concealed.recordings import Hidden
 from drill_env import Rig
 from drill_env.diagnosis.base import base_fit
+from drill_env.diagnosis.fit_changes import added
 from drill_env.diagnosis.joint import descend_jointly
-from drill_env.diagnosis.moves import added
 from drill_env.diagnosis.resonance import resonates, retuned
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY

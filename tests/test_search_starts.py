@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from drill_env.diagnosis.at_rest import best_at_rest
 from drill_env.diagnosis.attempts import attempted, confused_with
-from drill_env.diagnosis.ground import ground_at
+from drill_env.diagnosis.fit_changes import added
+from drill_env.diagnosis.grid_starts import descended, has_peaks
 from drill_env.diagnosis.joint import polished
-from drill_env.diagnosis.moves import added
-from drill_env.diagnosis.sizeless import descended, has_peaks
+from drill_env.diagnosis.linearised import linearised_at
+from drill_env.diagnosis.stiction_starts import best_at_rest
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 from tests.test_filter_at_rest import played, setting_of
@@ -27,7 +27,7 @@ def test_a_hold_of_many_times_the_brakes_friction_is_found():
     setting, base = setting_of(
         *recorded("dwell_stiction", (torque, time), "random steps", "square")
     )
-    found = best_at_rest(ground_at(setting, base), Named(LIBRARY["dwell_stiction"]))
+    found = best_at_rest(linearised_at(setting, base), Named(LIBRARY["dwell_stiction"]))
     assert found is not None
     # The rig has not followed yet; from there the two do.
     fit = polished(setting, added(setting, base, found[0]))
@@ -39,7 +39,7 @@ def test_a_string_of_inertia_is_found_though_its_likelihood_has_many_peaks():
     frequency, damping = 0.88, 0.075
     samples = recorded("string_inertia", (frequency, damping), "random steps", "sines")
     setting, base = setting_of(*samples)
-    ground = ground_at(setting, base)
+    ground = linearised_at(setting, base)
     found = descended(ground, LIBRARY["string_inertia"], [])
     assert found is not None
     assert found.term.q[0] == pytest.approx(frequency, rel=0.03)

@@ -13,8 +13,8 @@ from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.first_look import first_look
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.ground import ground_at
 from drill_env.diagnosis.joint import TORQUES, descend_jointly
+from drill_env.diagnosis.linearised import linearised_at
 from drill_env.diagnosis.rounds import NEEDED, Attempt, rigs_own
 from drill_env.diagnosis.scan import score_shapes
 from drill_env.diagnosis.shapes import free_shapes
@@ -33,7 +33,7 @@ def fitted(*hidden: Hidden) -> tuple[Setting, Fit]:
 def speed_shape(setting: Setting, base: Fit) -> Attempt:
     """A free torque of the upper disc's speed, fitted beside the rig."""
     shapes = free_shapes(base.motions)
-    scores = score_shapes(ground_at(setting, base), shapes)
+    scores = score_shapes(linearised_at(setting, base), shapes)
     score = next(s for s in scores if s.term.id == "upper_torque_of_omega_u")
     start = first_look(setting, base, score).start(setting, base)
     there = descend_jointly(setting, start, limit=6, enough=2.0, only=TORQUES)

@@ -93,7 +93,7 @@ def _probability(diagnosis: Mapping[str, Any]) -> float | None:
 
 def _left(diagnosis: Mapping[str, Any]) -> float | None:
     """The larger share of what is left over at either disc that the motion predicts."""
-    left = (diagnosis.get("fit") or {}).get("remainder") or {}
+    left = (diagnosis.get("fit") or {}).get("residual_torque") or {}
     return max((float(part["predictable"]) for part in left.values()), default=None)
 
 

@@ -31,14 +31,14 @@ from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.extended import evaluate, motion_of
 from drill_env.diagnosis.first_look import first_look
 from drill_env.diagnosis.fit import Fit, Setting, strain
-from drill_env.diagnosis.ground import ground_at
+from drill_env.diagnosis.fit_changes import added
 from drill_env.diagnosis.held_out import judge, judged_channels, rms
+from drill_env.diagnosis.in_filter import within_filter
 from drill_env.diagnosis.joint import descend_jointly, polished
-from drill_env.diagnosis.moves import added
+from drill_env.diagnosis.linearised import linearised_at
 from drill_env.diagnosis.offered import free_parameters
 from drill_env.diagnosis.scan import score_effects
 from drill_env.diagnosis.terms import Named, Term
-from drill_env.diagnosis.within import within_filter
 from drill_env.effects import LIBRARY
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.prediction_error import path_of
@@ -101,7 +101,7 @@ def from_base(setting: Setting, base: Fit, effects: Sequence[str]) -> Fit | None
     """The fit that begins at the tool's rig and adds the true effects as its search does."""
     here = base
     for name in effects:
-        scored = score_effects(ground_at(setting, here), [LIBRARY[name]])
+        scored = score_effects(linearised_at(setting, here), [LIBRARY[name]])
         if not scored:
             return None
         here = first_look(setting, here, scored[0]).start(setting, here)

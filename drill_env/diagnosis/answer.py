@@ -156,9 +156,14 @@ def _fit(unseen: Unseen, base: Fit) -> dict:
     }
     if found.explained < 1.0:
         out["explained"] = found.explained
-    if found.remainder is not None:
-        left = zip(("upper", "lower"), found.remainder.sizes, found.remainder.shares, strict=True)
-        out["remainder"] = {
+    if found.residual_torque is not None:
+        left = zip(
+            ("upper", "lower"),
+            found.residual_torque.sizes,
+            found.residual_torque.shares,
+            strict=True,
+        )
+        out["residual_torque"] = {
             disc: {"rms_Nm": size, "predictable": part} for disc, size, part in left
         }
     if not unseen.samples:

@@ -11,8 +11,8 @@ from drill_env.diagnosis.clock import cleaned, with_uncertain_times
 from drill_env.diagnosis.extended import evaluate, motion_of
 from drill_env.diagnosis.faults import clock_jitter
 from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.fit_changes import with_new_motions
 from drill_env.diagnosis.joint import descend_jointly
-from drill_env.diagnosis.moves import with_new_motions
 from drill_env.identification.coordinates import Coordinates
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_of_recording import noise_shown

@@ -15,8 +15,8 @@ from drill_env.diagnosis.result import (
     DiagnosisResult,
 )
 from drill_env.identification.drive import torque_driven, with_known_scale
+from drill_env.identification.equation_error import with_integrals
 from drill_env.identification.samples import Samples, prepare
-from drill_env.identification.torn import with_integrals
 from drill_env.parameters import Rig
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.cut import cut, leads_of, upper_axis

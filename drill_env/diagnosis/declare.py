@@ -9,8 +9,8 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
+from drill_env.diagnosis.lost_counts import LostCounts
 from drill_env.diagnosis.shapes import TURN
-from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.strikes import Once, Strike, outline
 from drill_env.diagnosis.terms import Shape, Source, Term
 from drill_env.diagnosis.waves import Wave, one_period, period_of
@@ -93,7 +93,7 @@ def _single(source: Source) -> bool:
     """Whether it stands for events of one recording."""
     if isinstance(source, Strike):
         return source.recording is not None
-    return isinstance(source, (Slips, Once))
+    return isinstance(source, (LostCounts, Once))
 
 
 def _own(term: Term) -> str:

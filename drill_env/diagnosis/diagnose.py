@@ -25,7 +25,6 @@ from drill_env.diagnosis.held_out import (
     rms,
 )
 from drill_env.diagnosis.law import LawFit, law_fit
-from drill_env.diagnosis.left_over import with_remainder
 from drill_env.diagnosis.noise_floor import errors_by_noise
 from drill_env.diagnosis.offered import free_parameters, offered_effects
 from drill_env.diagnosis.options import DiagnosisOptions
@@ -35,6 +34,7 @@ from drill_env.diagnosis.result import (
 )
 from drill_env.diagnosis.rounds import Found
 from drill_env.diagnosis.search import find
+from drill_env.diagnosis.unexplained_residual import with_residual_torque
 from drill_env.identification.drive import torque_driven, with_known_scale
 from drill_env.identification.readings import made_of_twist
 from drill_env.identification.samples import Samples, prepare
@@ -204,7 +204,7 @@ def _held_out(
     if found.explained < Criteria().share:
         after = tuple(judge(s, found.setting, found.final) for s in ready)
         drawn = errors_by_noise(ready, found.final, after, seed)
-    found = with_remainder(found, setting, base, law is not None, before, after)
+    found = with_residual_torque(found, setting, base, law is not None, before, after)
     if law and found.residual_shape is not None:
         return _held_out(plain, None, held, seed)
     return law, Unseen(found, ready, before, after, drawn), table

@@ -19,8 +19,8 @@ from drill_env._types import FloatArray
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import followed
 from drill_env.diagnosis.joint import polished
+from drill_env.diagnosis.lost_counts import LostCounts
 from drill_env.diagnosis.rounds import Attempt, Found, Round, is_named, place_of
-from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.strikes import Once
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.identification.samples import Samples
@@ -117,7 +117,7 @@ def listing(criteria: Criteria) -> Criteria:
 
 
 def _once(term: Term) -> bool:
-    return isinstance(term.source, (Slips, Once))
+    return isinstance(term.source, (LostCounts, Once))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,9 +14,9 @@ from dataclasses import replace
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.held_out import Judged
+from drill_env.diagnosis.lost_counts import LostCounts
 from drill_env.diagnosis.noise_floor import mean_square, sensor_noise
 from drill_env.diagnosis.rounds import Found, is_named
-from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.strikes import Once
 from drill_env.diagnosis.terms import Named
 from drill_env.prediction.criteria import Criteria
@@ -62,7 +62,7 @@ def that_explain(
     sources = [t.source for t in found.final.terms]
     if not before or not sources or not all(is_named(t) for t in found.final.terms):
         return found
-    if any(isinstance(s, (Slips, Once)) for s in sources):
+    if any(isinstance(s, (LostCounts, Once)) for s in sources):
         return found
     if any(isinstance(s, Named) and s.effect.common for s in sources):
         return found

@@ -9,8 +9,8 @@ import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.fit_changes import added, gain_of, own_values
 from drill_env.diagnosis.joint import joint_step, overreaches
-from drill_env.diagnosis.moves import added, gain_of, own_values
 from drill_env.diagnosis.scan import Scored
 from drill_env.diagnosis.terms import Named, Shape, Term
 

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.diagnosis.ground import Ground, Known
+from drill_env.diagnosis.linearised import Known, Linearised
 from drill_env.effects import Effect, EffectParameter
 
 _PEAKS = 3
@@ -28,42 +28,42 @@ MOST_PLACES = 2**25
 running means a gigabyte. 16 000 turns, or 46 hours at 100 Hz."""
 
 
-def grid_of(effect: Effect, ground: Ground) -> list[FloatArray]:
+def grid_of(effect: Effect, linearised: Linearised) -> list[FloatArray]:
     """Points of an effect's declared grids, with the peaks of frequency, order and time added."""
-    axes, rig = [], ground.fit.rig
+    axes, rig = [], linearised.fit.rig
     for p in effect.parameters:
         values = p.grid
         if p.name == "frequency" and effect.id.endswith("_disturbance"):
             disc = 0 if effect.equation == "upper" else 1
-            values = tuple(sorted({*values, *_frequencies(ground, disc)}))
+            values = tuple(sorted({*values, *_frequencies(linearised, disc)}))
         if p.name == "order" and len(p.grid) > 4:
-            values = tuple(sorted({*values, *_orders(ground, p, effect)}))
+            values = tuple(sorted({*values, *_orders(linearised, p, effect)}))
         if p.name == "level":
             # A limit just below the highest voltage clips little, and little else shows it.
-            top = max(float(np.abs(k.motion.u).max()) for k in ground.known)
+            top = max(float(np.abs(k.motion.u).max()) for k in linearised.known)
             shares = _TOPS if top < 2.0 * max(p.grid) else (*_WIDE, *_TOPS)
             values = tuple(sorted({*values, *(share * top for share in shares)}))
         if p.name == "back_emf":
             # What brakes the upper disc may be the motor's back EMF wholly, or in part.
             values = tuple(share * abs(rig.bu / rig.km) for share in _BACK_EMF)
         if p.name == "time":
-            end = max(float(k.motion.t[-1]) for k in ground.known)
+            end = max(float(k.motion.t[-1]) for k in linearised.known)
             values = tuple(np.arange(0.02, 0.99, 0.03) * end)
         axes.append(values)
     return [np.array(point) for point in itertools.product(*axes)]
 
 
-def _frequencies(ground: Ground, disc: int) -> list[float]:
+def _frequencies(linearised: Linearised, disc: int) -> list[float]:
     """Frequencies (Hz) at which a torque would explain most, from the likelihood's slopes."""
-    intervals = [k.samples.recording.interval for k in ground.known]
+    intervals = [k.samples.recording.interval for k in linearised.known]
     # Rows that are missing, and files of different rates, keep their place in time.
-    end = max(float(k.motion.t[-1]) for k in ground.known)
+    end = max(float(k.motion.t[-1]) for k in linearised.known)
     interval = max(min(intervals), 2.0 * end / MOST_PLACES)
-    places = [np.rint(k.motion.t / interval).astype(np.int64) for k in ground.known]
+    places = [np.rint(k.motion.t / interval).astype(np.int64) for k in linearised.known]
     longest = max(int(place[-1]) for place in places) + 1
     size = 2 * longest
     total = np.zeros(longest + 1)
-    for pull, place in zip(ground.pull, places, strict=True):
+    for pull, place in zip(linearised.pull, places, strict=True):
         total += np.abs(np.fft.rfft(np.bincount(place, pull[:, disc], minlength=size))) ** 2
     hertz = np.fft.rfftfreq(size, interval)
     wide = max(int(0.02 * len(total)), 5)
@@ -80,7 +80,7 @@ def _frequencies(ground: Ground, disc: int) -> list[float]:
     return [f + d / (longest * interval) for f in found for d in (-0.25, 0.0, 0.25)]
 
 
-def _orders(ground: Ground, p: EffectParameter, effect: Effect) -> list[float]:
+def _orders(linearised: Linearised, p: EffectParameter, effect: Effect) -> list[float]:
     """Orders in theta_u at which a torque on the upper disc would explain most.
 
     A share of the drive acts by the voltage.
@@ -88,9 +88,9 @@ def _orders(ground: Ground, p: EffectParameter, effect: Effect) -> list[float]:
     share = any(other.role == "amplitude" and other.unit == "1" for other in effect.parameters)
     pulls = [
         pull[:, 0] * (known.motion.u if share else 1.0)
-        for pull, known in zip(ground.pull, ground.known, strict=True)
+        for pull, known in zip(linearised.pull, linearised.known, strict=True)
     ]
-    spans = [_turned(known) for known in ground.known]
+    spans = [_turned(known) for known in linearised.known]
     longest = max(float(np.ptp(angle)) for angle in spans) + 1.0
     bins = min(float(_BINS), np.pi * MOST_PLACES / longest)
     lowest, highest = p.grid[0], min(1.5 * p.grid[-1], bins / 4.0)

@@ -16,7 +16,7 @@ from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import remaining
 from drill_env.diagnosis.joint import polished
-from drill_env.diagnosis.remainder import PREDICTABLE, Latent, remainder_of
+from drill_env.diagnosis.residual_torque import PREDICTABLE, Latent, residual_torque_of
 from drill_env.diagnosis.rounds import NEEDED, Found
 from drill_env.diagnosis.search import find
 from drill_env.effects import Effect
@@ -145,7 +145,7 @@ def _with_own_law(fit: Fit, plain: Found, rig: Rig) -> Found:
 def _left_at_the_brake(plain: Found) -> bool:
     """Whether the motion predicts what a simpler law leaves over at the lower disc."""
     fit, setting = plain.final, plain.setting
-    left = remainder_of([Latent(*remaining(s, setting, fit)) for s in setting.samples])
+    left = residual_torque_of([Latent(*remaining(s, setting, fit)) for s in setting.samples])
     return left.shares[1] > PREDICTABLE
 
 

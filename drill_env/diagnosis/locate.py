@@ -9,9 +9,9 @@ import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.lost_counts import LostCounts
 from drill_env.diagnosis.result import FoundShape, Located
 from drill_env.diagnosis.shapes import COORDINATES, TURN, comes_round
-from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.strikes import Strike, outline
 from drill_env.diagnosis.terms import Shape, Term
 from drill_env.diagnosis.waves import Wave, formula_of, one_period
@@ -133,7 +133,7 @@ def describe(term: Term) -> FoundShape | None:
         x, y = one_period(term, _DRAWN)
         along = term.source.effect.depends_on
         return FoundShape(along, "torque", formula_of(term), 1.0, x.tolist(), y.tolist())
-    if not isinstance(term.source, Shape) or isinstance(term.source, Slips):
+    if not isinstance(term.source, Shape) or isinstance(term.source, LostCounts):
         return None
     if isinstance(term.source, Strike):
         return _struck(term.source, term.q)

@@ -11,11 +11,11 @@ from drill_env.diagnosis.faults import Fault
 from drill_env.diagnosis.intervals import changes, numbers_of
 from drill_env.diagnosis.law import LawFit
 from drill_env.diagnosis.locate import label_of
+from drill_env.diagnosis.lost_counts import LostCounts
 from drill_env.diagnosis.offered import is_parameter
 from drill_env.diagnosis.probability import of_gain, probability
 from drill_env.diagnosis.result import NamedEffect, Number
 from drill_env.diagnosis.rounds import Found, is_named
-from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.strikes import Once
 from drill_env.diagnosis.terms import Named
 from drill_env.effects import LIBRARY
@@ -74,7 +74,7 @@ def _lost_counts(found: Found) -> list[NamedEffect]:
     """One effect for all steps of each encoder, from whichever round they come."""
     effects = []
     seconds = sum(float(m.t[-1] - m.t[0]) for m in found.final.motions)
-    ids = dict.fromkeys(t.id for t in found.final.terms if isinstance(t.source, Slips))
+    ids = dict.fromkeys(t.id for t in found.final.terms if isinstance(t.source, LostCounts))
     for name in ids:
         steps = np.concatenate([t.q for t in found.final.terms if t.id == name])
         real = np.abs(steps[np.abs(steps) > 0.3 * np.abs(steps).max()])

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.remainder import Remainder
+from drill_env.diagnosis.lost_counts import LostCounts
+from drill_env.diagnosis.residual_torque import ResidualTorque
 from drill_env.diagnosis.scan import Scored
 from drill_env.diagnosis.shapes import own_functions
-from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Named, Shape, Term
 from drill_env.diagnosis.waves import Wave
 
@@ -89,7 +89,7 @@ class Found:
         final: the fit with all that is believed in.
         refuted: a fit with names that were rejected, if any.
         explained: share of the error of unseen predictions that what was found takes away.
-        remainder: how much of what the final fit leaves over the motion predicts.
+        residual_torque: how much of the final fit's the motion predicts.
         residual_shape: the shape of that where nothing that was found accounts for it.
     """
 
@@ -99,7 +99,7 @@ class Found:
     final: Fit
     refuted: Fit | None = None
     explained: float = 1.0
-    remainder: Remainder | None = None
+    residual_torque: ResidualTorque | None = None
     residual_shape: Term | None = None
 
     @property
@@ -115,7 +115,7 @@ def clearly(gain: float) -> float:
 
 def is_named(term: Term) -> bool:
     """Whether a term stands for an effect of the library."""
-    return isinstance(term.source, (Named, Slips)) and not isinstance(term.source, Wave)
+    return isinstance(term.source, (Named, LostCounts)) and not isinstance(term.source, Wave)
 
 
 def nameless(found: Round) -> bool:

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from drill_env._types import BoolArray, FloatArray
-from drill_env.diagnosis.at_rest import best_at_rest
 from drill_env.diagnosis.extended import THREADS
 from drill_env.diagnosis.grids import around, grid_of
-from drill_env.diagnosis.ground import Ground, Known
-from drill_env.diagnosis.late import unread
+from drill_env.diagnosis.late_readings import unread
+from drill_env.diagnosis.linearised import Known, Linearised
 from drill_env.diagnosis.shapes import own_functions
+from drill_env.diagnosis.stiction_starts import best_at_rest
 from drill_env.diagnosis.terms import Named, Shape, Term, corrected, late_disc
 from drill_env.effects import Effect
 from drill_env.effects.along import Motion
@@ -57,16 +57,16 @@ class Scored:
 
 
 def _moments(
-    ground: Ground, terms: Sequence[Term], recordings: Sequence[Known] | None = None
+    linearised: Linearised, terms: Sequence[Term], recordings: Sequence[Known] | None = None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Scores, information beyond what is known, and information at all of one block a term.
 
     Of some recordings alone, they are what all would give if the others were like them.
     """
-    rig, noise = ground.fit.rig, ground.fit.noise
-    told = ground.known if recordings is None else recordings
-    share = len(told) / len(ground.known)
-    m = len(ground.fit.gradient)
+    rig, noise = linearised.fit.rig, linearised.fit.noise
+    told = linearised.known if recordings is None else recordings
+    share = len(told) / len(linearised.known)
+    m = len(linearised.fit.gradient)
 
     def one(known: Known) -> tuple[FloatArray, FloatArray, FloatArray]:
         torques, errors = zip(*(_columns(t, rig, known.motion) for t in terms), strict=True)
@@ -87,7 +87,7 @@ def _moments(
     with ThreadPoolExecutor(THREADS) as pool:
         parts = list(pool.map(one, told))
     score, information, shared = (np.sum([p[i] for p in parts], axis=0) / share for i in range(3))
-    return score, information - shared.T @ ground.cross @ shared, np.diag(information)
+    return score, information - shared.T @ linearised.cross @ shared, np.diag(information)
 
 
 def _columns(term: Term, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
@@ -158,46 +158,48 @@ def _solve(
     return Scored(Term(source, source.bounded(q)), gain)
 
 
-def score_effects(ground: Ground, effects: Iterable[Effect]) -> list[Scored]:
+def score_effects(linearised: Linearised, effects: Iterable[Effect]) -> list[Scored]:
     """The best numbers of each effect, best effect first."""
     scored = []
     for effect in effects:
         if effect.only_at_rest:
-            found = best_at_rest(ground, Named(effect))
+            found = best_at_rest(linearised, Named(effect))
             scored += [Scored(*found)] if found else []
             continue
-        best = best_point(ground, Named(effect), grid_of(effect, ground))
+        best = best_point(linearised, Named(effect), grid_of(effect, linearised))
         for _ in range(_REFINEMENTS):
-            if best is None or best.gain < _DULL * ground.dispersion:
+            if best is None or best.gain < _DULL * linearised.dispersion:
                 break
             if all(p.role != "shape" for p in effect.parameters):
                 break
-            finer = best_point(ground, Named(effect), around(effect, best.term.q, _))
+            finer = best_point(linearised, Named(effect), around(effect, best.term.q, _))
             if finer is not None and finer.gain > best.gain:
                 best = finer
         if best is not None:
-            scored.append(Scored(best.term, best.gain / ground.dispersion))
+            scored.append(Scored(best.term, best.gain / linearised.dispersion))
     return sorted(scored, key=lambda s: -s.gain)
 
 
-def score_shapes(ground: Ground, shapes: Iterable[Shape]) -> list[Scored]:
+def score_shapes(linearised: Linearised, shapes: Iterable[Shape]) -> list[Scored]:
     """The best numbers of each free shape, first those that do most that no parameter can."""
-    scored = [s for shape in shapes for s in scored_together(ground, [shape])]
+    scored = [s for shape in shapes for s in scored_together(linearised, [shape])]
     return sorted(scored, key=lambda s: s.own - s.gain)
 
 
-def scored_together(ground: Ground, shapes: Sequence[Shape]) -> list[Scored]:
+def scored_together(linearised: Linearised, shapes: Sequence[Shape]) -> list[Scored]:
     """The best numbers of each of some free shapes, in their order, told in one pass."""
     if not shapes:
         return []
     terms = [Term(shape, np.zeros(shape.size)) for shape in shapes]
-    score, g, raw = _moments(ground, terms)
+    score, g, raw = _moments(linearised, terms)
     scored, begin = [], 0
     for shape in shapes:
         part = slice(begin, begin + shape.size)
         q, gain = _sizes(score[part], g[part, part], raw[part])
         own = _own_gain(shape, score[part], g[part, part], raw[part])
-        scored.append(Scored(Term(shape, q), gain / ground.dispersion, own / ground.dispersion))
+        scored.append(
+            Scored(Term(shape, q), gain / linearised.dispersion, own / linearised.dispersion)
+        )
         begin = part.stop
     return scored
 
@@ -210,32 +212,34 @@ def _own_gain(shape: Shape, score: FloatArray, g: FloatArray, raw: FloatArray) -
     return _sizes(own.T @ score, own.T @ g @ own, np.diag(own.T @ np.diag(raw) @ own))[1]
 
 
-def information_of(ground: Ground, terms: Sequence[Term]) -> FloatArray:
+def information_of(linearised: Linearised, terms: Sequence[Term]) -> FloatArray:
     """Information beyond what is known of each column of terms: of each size, or pair of sizes."""
-    return np.diag(_moments(ground, terms)[1])
+    return np.diag(_moments(linearised, terms)[1])
 
 
-def best_point(ground: Ground, source: Named, points: Sequence[FloatArray]) -> Scored | None:
+def best_point(
+    linearised: Linearised, source: Named, points: Sequence[FloatArray]
+) -> Scored | None:
     """The numbers that score best of a source at some points, its size and phase free.
 
-    The gain is not yet divided by the dispersion of the ground.
+    The gain is not yet divided by the dispersion of the linearised.
     """
     if len(points) > _MANY:
         # One recording tells which points are worth the others' time.
-        first = _scored_points(ground, source, points, [_telling(ground, source)])
+        first = _scored_points(linearised, source, points, [_telling(linearised, source)])
         order = sorted(range(len(points)), key=lambda i: -_gain(first[i]))
         few, most = _WORTH
         worth = order[: min(max(len(points) // 3, few), most)]
         points = [points[i] for i in sorted(worth)]
-    return max(_scored_points(ground, source, points), key=_gain, default=None)
+    return max(_scored_points(linearised, source, points), key=_gain, default=None)
 
 
-def _telling(ground: Ground, source: Named) -> Known:
+def _telling(linearised: Linearised, source: Named) -> Known:
     """The recording that tells most of an effect."""
     if source.effect.depends_on == "voltage":
         # A limit that no voltage reaches shows nothing.
-        return max(ground.known, key=lambda k: float(np.abs(k.motion.u).max()))
-    return max(ground.known, key=lambda k: float(k.white @ k.white) / len(k.white))
+        return max(linearised.known, key=lambda k: float(np.abs(k.motion.u).max()))
+    return max(linearised.known, key=lambda k: float(k.white @ k.white) / len(k.white))
 
 
 def _gain(scored: Scored | None) -> float:
@@ -243,7 +247,7 @@ def _gain(scored: Scored | None) -> float:
 
 
 def _scored_points(
-    ground: Ground, source: Named, points: Sequence[FloatArray],
+    linearised: Linearised, source: Named, points: Sequence[FloatArray],
     recordings: Sequence[Known] | None = None,
 ) -> list[Scored | None]:  # fmt: skip
     width = len(_turns(source.effect))
@@ -251,7 +255,7 @@ def _scored_points(
     for first in range(0, len(points), _BLOCK):
         block = points[first : first + _BLOCK]
         terms = [Term(source, q) for q in block]
-        score, g, raw = _moments(ground, terms, recordings)
+        score, g, raw = _moments(linearised, terms, recordings)
         for i, q in enumerate(block):
             part = slice(i * width, (i + 1) * width)
             scored.append(_solve(source, q, score[part], g[part, part], raw[part]))

@@ -19,12 +19,15 @@ from drill_env.diagnosis.attempts import (
     with_resonances_retuned,
 )
 from drill_env.diagnosis.base import cleaned_base
-from drill_env.diagnosis.contest import contest
 from drill_env.diagnosis.first_look import first_look
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.ground import Ground, ground_at
+from drill_env.diagnosis.fit_changes import own_values
+from drill_env.diagnosis.grid_starts import descended, has_peaks
+from drill_env.diagnosis.in_filter import within_filter
 from drill_env.diagnosis.joint import SIZES, TORQUES, polished
-from drill_env.diagnosis.moves import own_values
+from drill_env.diagnosis.linearised import Linearised, linearised_at
+from drill_env.diagnosis.lost_counts import broken_counts, slips
+from drill_env.diagnosis.rivals import against_rivals
 from drill_env.diagnosis.rounds import (
     BELIEVED,
     NEEDED_BESIDE,
@@ -38,13 +41,10 @@ from drill_env.diagnosis.rounds import (
 )
 from drill_env.diagnosis.scan import Scored, score_effects, score_shapes
 from drill_env.diagnosis.shapes import free_shapes
-from drill_env.diagnosis.sizeless import descended, has_peaks
-from drill_env.diagnosis.slips import broken_counts, slips
 from drill_env.diagnosis.strikes import Strike, faint, named_strikes, score_strikes
 from drill_env.diagnosis.terms import Named, Shape
 from drill_env.diagnosis.unusual import unusual
 from drill_env.diagnosis.waves import Wave, free_waves, score_waves
-from drill_env.diagnosis.within import within_filter
 from drill_env.effects import Effect
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
@@ -69,20 +69,20 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
         report: told what is being done.
     """
     report("scoring the library")
-    ground = ground_at(setting, fit)
+    linearised = linearised_at(setting, fit)
     others = [effect for effect in effects if _may_join(effect, fit)]
     # Slopes tell little of these; where much is missing the likelihood itself is asked.
     peaked = [effect for effect in others if has_peaks(effect)]
     noise = unusual(setting, fit)
-    scores = _scores(ground, [e for e in others if not noise or e not in peaked], effects)
+    scores = _scores(linearised, [e for e in others if not noise or e not in peaked], effects)
     done: list[Attempt] = []
-    for start in _starts(setting, fit, _hopeful(ground, scores, effects, bool(noise))):
+    for start in _starts(setting, fit, _hopeful(linearised, scores, effects, bool(noise))):
         report(f"trying {start.terms[-1].id}")
         done.append(carried_on(setting, fit, start, FIRST_ROUNDS))
     done = heated(setting, fit, done, TORQUES if noise else SIZES)
     for effect in peaked if _left_unusual(setting, fit, done) else confused_with(done, peaked):
         report(f"trying {effect.id}")
-        found = descended(ground, effect, done)
+        found = descended(linearised, effect, done)
         done += [found] if found else []
     done = with_resonances_retuned(setting, fit, done)
     if noise and _left_unusual(setting, fit, done):
@@ -105,39 +105,41 @@ def _may_join(effect: Effect, fit: Fit) -> bool:
 
 
 def _scores(
-    ground: Ground, scored: Sequence[Effect], effects: Sequence[Effect]
+    linearised: Linearised, scored: Sequence[Effect], effects: Sequence[Effect]
 ) -> tuple[list[Scored], ...]:
     """Scores of names, free shapes, waves and strikes, each the best first.
 
     Args:
-        ground: where they are taken.
+        linearised: where they are taken.
         scored: effects that are.
         effects: the library; what it has is no free wave.
     """
     return (
-        score_effects(ground, scored), score_shapes(ground, free_shapes(ground.fit.motions)),
-        score_waves(ground, free_waves({effect.id for effect in effects})), score_strikes(ground),
-    )  # fmt: skip
+        score_effects(linearised, scored),
+        score_shapes(linearised, free_shapes(linearised.fit.motions)),
+        score_waves(linearised, free_waves({effect.id for effect in effects})),
+        score_strikes(linearised),
+    )
 
 
 def _hopeful(
-    ground: Ground, scores: tuple[list[Scored], ...], effects: Sequence[Effect], noisy: bool
+    linearised: Linearised, scores: tuple[list[Scored], ...], effects: Sequence[Effect], noisy: bool
 ) -> list[Scored]:
     """Candidates by whose scores a look is worth its time; lost counts have no score.
 
     Args:
-        ground: where the scores were taken.
+        linearised: where the scores were taken.
         scores: of `_scores`.
         effects: the library.
         noisy: whether a latent torque is slow or fast.
     """
-    fit, wanted = ground.fit, {effect.id for effect in effects}
+    fit, wanted = linearised.fit, {effect.id for effect in effects}
     named, shapes, waves, strikes = scores
     wide, wide_shapes = _LATER_WIDTHS if fit.terms else _WIDTHS
-    struck = named_strikes(ground, strikes, effects)
+    struck = named_strikes(linearised, strikes, effects)
     likely = (*named[:wide], *shapes[:wide_shapes], *waves, *strikes, *struck)
     least, price = _least(fit, noisy), np.log(fit.count)
-    lost = [pair for pair in (slips(ground, 0), slips(ground, 1)) if pair is not None]
+    lost = [pair for pair in (slips(linearised, 0), slips(linearised, 1)) if pair is not None]
     return [
         *(s for s in likely if s.gain - s.own - s.numbers * price > least),
         *(Scored(*pair) for pair in lost
@@ -192,7 +194,7 @@ def find(
     here, rounds = _sought(setting, base, effects, most, report)
     report("asking again what was found first")
     terms = len(here.terms)
-    here = contest(setting, here, rounds)
+    here = against_rivals(setting, here, rounds)
     if terms > len(here.terms) == 1:
         rounds = [restated(rounds[0], here)]
     here = within_filter(setting, here, report)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from drill_env.diagnosis.remainder import PREDICTABLE
+from drill_env.diagnosis.residual_torque import PREDICTABLE
 from drill_env.diagnosis.result import DiagnosisResult, NamedEffect, digits_of
 
 _PLACES = {
@@ -45,7 +45,7 @@ def sentences(
         lines.append(
             "Names and shapes that the fitted recordings ask for make held-out ones less likely."
         )
-    lines += _left_over(result)
+    lines += _residual(result)
     if result.verdict in ("missing_physics", "unexplained"):
         lines += _confusion(result, rejected)
     lines += _gain(result)
@@ -119,8 +119,8 @@ def _effect(effect: NamedEffect) -> str:
     )
 
 
-def _left_over(result: DiagnosisResult) -> list[str]:
-    left = result.fit.get("remainder") or {}
+def _residual(result: DiagnosisResult) -> list[str]:
+    left = result.fit.get("residual_torque") or {}
     return [
         f"Of the residual torque at the {disc} disc ({part['rms_Nm']:.2g} Nm root mean "
         f"square), the motion predicts {part['predictable']:.0%} in recordings not learnt from."

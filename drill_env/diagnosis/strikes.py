@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.diagnosis.ground import Ground
+from drill_env.diagnosis.linearised import Linearised
 from drill_env.diagnosis.scan import Scored, best_point, scored_together
 from drill_env.diagnosis.shapes import middle
 from drill_env.diagnosis.terms import Named, Shape, Term
@@ -92,7 +92,7 @@ def faint(term: Term, gain: float) -> bool:
     return isinstance(term.source, (Strike, Once)) and gain < _SURE
 
 
-def score_strikes(ground: Ground) -> list[Scored]:
+def score_strikes(linearised: Linearised) -> list[Scored]:
     """The best moment on each disc at which something may have struck it, best first.
 
     The slope of the likelihood by a torque that is held for a while is the sum of those by the
@@ -100,11 +100,11 @@ def score_strikes(ground: Ground) -> list[Scored]:
     """
     found = []
     for disc in range(2):
-        best = _best_of(ground, disc, _moments_of(ground, disc))
+        best = _best_of(linearised, disc, _moments_of(linearised, disc))
         for level in range(_FINER):
             if best is None or best.gain < _HOPEFUL * _SURE:
                 break
-            finer = _best_of(ground, disc, _around(_strike_of(best), 0.5**level))
+            finer = _best_of(linearised, disc, _around(_strike_of(best), 0.5**level))
             best = max(best, finer or best, key=lambda s: s.gain)
         if best is not None:
             found.append(best)
@@ -112,7 +112,7 @@ def score_strikes(ground: Ground) -> list[Scored]:
 
 
 def named_strikes(
-    ground: Ground, strikes: Sequence[Scored], effects: Sequence[Effect]
+    linearised: Linearised, strikes: Sequence[Scored], effects: Sequence[Effect]
 ) -> list[Scored]:
     """Strikes as the effect that the library has for them, where it has one."""
     hopeful = [_strike_of(s) for s in strikes if s.gain > _HOPEFUL * _SURE]
@@ -131,14 +131,14 @@ def named_strikes(
             for share in _PLACES
             for shift in (0.0, 0.5 * (1.0 - share), 1.0 - share)
         ]
-        best = best_point(ground, source, points)
+        best = best_point(linearised, source, points)
         if best is not None:
-            found.append(Scored(best.term, best.gain / ground.dispersion))
+            found.append(Scored(best.term, best.gain / linearised.dispersion))
     return found
 
 
-def _best_of(ground: Ground, disc: int, moments: Sequence[_Moment]) -> Scored | None:
-    scored = scored_together(ground, [_strike(disc, m) for m in moments])
+def _best_of(linearised: Linearised, disc: int, moments: Sequence[_Moment]) -> Scored | None:
+    scored = scored_together(linearised, [_strike(disc, m) for m in moments])
     return max(scored, key=lambda s: s.gain, default=None)
 
 
@@ -180,18 +180,18 @@ def _around(strike: Strike, share: float) -> list[_Moment]:
     return moments
 
 
-def _moments_of(ground: Ground, disc: int) -> list[_Moment]:
+def _moments_of(linearised: Linearised, disc: int) -> list[_Moment]:
     """Moments of single recordings and of all together that stand out against all others."""
-    interval = max(k.samples.recording.interval for k in ground.known)
-    first = min(float(k.motion.t[0]) for k in ground.known)
-    last = max(float(k.motion.t[-1]) for k in ground.known)
+    interval = max(k.samples.recording.interval for k in linearised.known)
+    first = min(float(k.motion.t[0]) for k in linearised.known)
+    last = max(float(k.motion.t[-1]) for k in linearised.known)
     size = int((last - first) / interval) + 1
     pulls = []
-    for known, pull in zip(ground.known, ground.pull, strict=True):
+    for known, pull in zip(linearised.known, linearised.pull, strict=True):
         place = ((known.motion.t - first) / interval + 0.5).astype(np.int64)
         pulls.append(np.bincount(np.minimum(place, size - 1), pull[:, disc], minlength=size))
     alone: list[tuple[float, _Moment]] = []
-    for known, pull in zip(ground.known, pulls, strict=True):
+    for known, pull in zip(linearised.known, pulls, strict=True):
         alone += _outstanding(pull, known.motion.recording, first, interval)
     together = _outstanding(np.sum(pulls, axis=0), None, first, interval) if len(pulls) > 1 else []
     return [*_best(alone), *_best(together)]

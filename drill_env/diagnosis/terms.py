@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.diagnosis.late import LATE, ahead, on_time, telling
+from drill_env.diagnosis.late_readings import LATE, ahead, on_time, telling
 from drill_env.effects import Effect, EffectParameter
 from drill_env.effects.along import Motion, response_along
 from drill_env.effects.declared import Declared, bundled

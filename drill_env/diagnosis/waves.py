@@ -10,7 +10,7 @@ import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.grids import MOST_PLACES
-from drill_env.diagnosis.ground import Ground
+from drill_env.diagnosis.linearised import Linearised
 from drill_env.diagnosis.scan import Scored, best_point, information_of
 from drill_env.diagnosis.shapes import COORDINATES, TURN, middle
 from drill_env.diagnosis.terms import Named, Term
@@ -129,22 +129,22 @@ def free_waves(known: Container[str]) -> list[Wave]:
     return [wave for wave in waves if _KNOWN_AS.get(wave.id, "") not in known]
 
 
-def score_waves(ground: Ground, waves: Iterable[Wave]) -> list[Scored]:
+def score_waves(linearised: Linearised, waves: Iterable[Wave]) -> list[Scored]:
     """The best numbers of each wave, best first."""
     scored = []
     for wave in waves:
-        peaks, apart = _peaks(ground, wave)
-        best = best_point(ground, wave, _points(wave, peaks, apart, (-0.25, 0.0, 0.25)))
+        peaks, apart = _peaks(linearised, wave)
+        best = best_point(linearised, wave, _points(wave, peaks, apart, (-0.25, 0.0, 0.25)))
         for level in range(_FINER):
             if best is None:
                 break
             shares = 0.125 * 0.4**level * np.array([-1.0, -0.5, 0.5, 1.0])
             points = _points(wave, [float(best.term.q[2])], apart, shares.tolist())
-            finer = best_point(ground, wave, points)
+            finer = best_point(linearised, wave, points)
             if finer is not None and finer.gain > best.gain:
                 best = finer
         if best is not None:
-            scored.append(Scored(best.term, best.gain / ground.dispersion))
+            scored.append(Scored(best.term, best.gain / linearised.dispersion))
     return sorted(scored, key=lambda s: -s.gain)
 
 
@@ -155,13 +155,13 @@ def _points(
     return [np.array([usual, 0.0, c + share * apart]) for c in cycles for share in shares]
 
 
-def _peaks(ground: Ground, wave: Wave) -> tuple[list[float], float]:
+def _peaks(linearised: Linearised, wave: Wave) -> tuple[list[float], float]:
     """Frequencies or orders of most promise, and the width of a peak.
 
     The slope of the likelihood by a wave's two amplitudes is the Fourier transform of that by a
     torque: one transform tells all of them. Recordings share the phase.
     """
-    along = [middle(COORDINATES[wave.effect.depends_on](k.motion)) for k in ground.known]
+    along = [middle(COORDINATES[wave.effect.depends_on](k.motion)) for k in linearised.known]
     first = min(float(values.min()) for values in along)
     span = max(float(values.max()) for values in along) - first
     longest = max(float(np.ptp(values)) for values in along)
@@ -170,35 +170,35 @@ def _peaks(ground: Ground, wave: Wave) -> tuple[list[float], float]:
     # A motion that goes further than the grid has places for is binned more coarsely.
     bins = min(_BINS * wave.rate / TURN, MOST_PLACES / (4.0 * span))
     size = int(2 ** np.ceil(np.log2(4.0 * (span * bins + 2.0))))
-    pull = np.concatenate([p @ wave.signs for p in ground.pull])
+    pull = np.concatenate([p @ wave.signs for p in linearised.pull])
     place = np.floor((np.concatenate(along) - first) * bins).astype(np.int64)
     power = np.abs(np.fft.rfft(np.bincount(place, weights=pull, minlength=size))) ** 2
     cycles = np.arange(len(power), dtype=np.float64) * (bins * TURN / (wave.rate * size))
     apart = TURN / (wave.rate * longest)
-    low, high = _range(ground, wave, apart)
+    low, high = _range(linearised, wave, apart)
     kept = (cycles >= low) & (cycles <= high)
     if kept.sum() < 2:
         return [], apart
     cycles, power = cycles[kept], power[kept]
     wide = min(int(_AROUND * apart / (cycles[1] - cycles[0])), len(power))
     usual = np.convolve(power, np.ones(wide) / wide, mode="same")
-    gains = power / np.maximum(usual, _information(ground, wave, cycles))
+    gains = power / np.maximum(usual, _information(linearised, wave, cycles))
     return _highest(cycles, gains, apart), apart
 
 
-def _range(ground: Ground, wave: Wave, apart: float) -> tuple[float, float]:
+def _range(linearised: Linearised, wave: Wave, apart: float) -> tuple[float, float]:
     if wave.effect.depends_on != "time":
         return max(_LOWEST_ORDER, _CYCLES * apart), _HIGHEST_ORDER
-    interval = max(k.samples.recording.interval for k in ground.known)
+    interval = max(k.samples.recording.interval for k in linearised.known)
     return _CYCLES * apart, min(_HIGHEST_HZ, 0.45 / interval)
 
 
-def _information(ground: Ground, wave: Wave, cycles: FloatArray) -> FloatArray:
+def _information(linearised: Linearised, wave: Wave, cycles: FloatArray) -> FloatArray:
     """Information about a wave's amplitudes, at few frequencies and between them."""
     probes = np.geomspace(cycles[0], cycles[-1], _PROBES)
     usual = wave.effect.parameters[0].grid[0]
     terms = [Term(wave, np.array([usual, 0.0, probe])) for probe in probes.tolist()]
-    both = information_of(ground, terms) / usual**2
+    both = information_of(linearised, terms) / usual**2
     told = np.maximum(both.reshape(_PROBES, 2).mean(axis=1), 1e-300)
     between = np.interp(np.log(cycles), np.log(probes), np.log(told))
     return np.exp(between, dtype=np.float64)

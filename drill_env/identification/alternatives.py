@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.identification.torn import (
+from drill_env.identification.equation_error import (
     Smoothed,
     fit_lower,
     fit_upper,

@@ -1,6 +1,6 @@
 """Whether a recording can come from the rig: signs, units, swapped channels, shifted clock.
 
-The torn equations (`drill_env.identification.torn`) give the sign and the size of what
+The torn equations (`drill_env.identification.equation_error`) give the sign and the size of what
 drives each disc. Signs must be right on any rig. Sizes are known for a given rig only, or
 roughly where the rig resembles the paper's; there they give remarks and no errors.
 """
@@ -17,9 +17,7 @@ from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.identification.alternatives import angle_or_none, explained, find_alternative
 from drill_env.identification.drive import driven_rig
-from drill_env.identification.row_checks import check_rows
-from drill_env.identification.sizes import GIVEN, INCOMPLETE, compare_encoders, compare_sizes
-from drill_env.identification.torn import (
+from drill_env.identification.equation_error import (
     LowerFit,
     Smoothed,
     UpperFit,
@@ -30,6 +28,8 @@ from drill_env.identification.torn import (
     smoothed,
     with_integrals,
 )
+from drill_env.identification.row_checks import check_rows
+from drill_env.identification.sizes import GIVEN, INCOMPLETE, compare_encoders, compare_sizes
 from drill_env.parameters import Rig
 from drill_env.recordings import Recording, RecordingWarning
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from drill_env.identification.torn import LowerFit, Smoothed, UpperFit, is_varied
+from drill_env.identification.equation_error import LowerFit, Smoothed, UpperFit, is_varied
 from drill_env.parameters import Rig
 
 _TURN = 2.0 * math.pi

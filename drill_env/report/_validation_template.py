@@ -31,7 +31,7 @@ restart every 5&nbsp;s, also as share of the measured range. Innovations are wha
 adds to a prediction from all before it; their size is 1 if the noise explains them.</p>
 <div class="wide"><table><tr><th class="l">recording</th><th class="l">role</th><th>channel</th>
 <th>free run, rad</th><th>of range</th><th>5 s, rad</th><th>of range</th><th>innovations</th>
-<th class="l">left over</th></tr>
+<th class="l">residual</th></tr>
 {% for r in recordings %}{% set anchor = loop.index0 %}{% for e in r.errors %}<tr>
 {% if loop.first %}<td class="n" rowspan="{{ r.errors|length }}"><a
 href="#r{{ anchor }}">{{ r.name }}</a></td>

@@ -77,7 +77,7 @@ def _missing(
             _line(axis, t, torques[:, disc], colour, f"on the {_DISCS[disc]} disc")
         axis.set_ylabel("torque left [Nm]")
     else:
-        _line(axis, t, seen.left[place], SOFT, "left over")
+        _line(axis, t, seen.left[place], SOFT, "residual")
         _line(axis, t, seen.without[place], BEFORE, "not in the model", width=1.5)
         if not seen.senses:
             _line(axis, t, seen.acts[place], AFTER, _short(seen.term.id))
@@ -103,7 +103,7 @@ def law_figure(seen: Evidence, number: int) -> Markup:
         else:
             law_drawn(axis, seen.law, "fitted law")
         dots_drawn(axis, seen.points, BEFORE, "o", "missing torque")
-        dots_drawn(axis, seen.rest, SOFT, "s", "left over")
+        dots_drawn(axis, seen.rest, SOFT, "s", "residual")
         what = f"torque {seen.turned} [Nm]" if seen.turned else "torque [Nm]"
         axis.set_ylabel(f"{_DISCS[seen.disc]} disc: {what}")
         legend(axis)

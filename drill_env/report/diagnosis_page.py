@@ -11,8 +11,8 @@ from drill_env._types import FloatArray
 from drill_env.diagnosis.by_prediction import PredictionDiagnosis
 from drill_env.diagnosis.diagnose import Diagnosis
 from drill_env.diagnosis.locate import label_of
+from drill_env.diagnosis.lost_counts import LostCounts
 from drill_env.diagnosis.sentences import CONFUSED
-from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.strikes import Strike
 from drill_env.report._diagnosis_rows import (
     effect_rows,
@@ -74,7 +74,7 @@ def diagnosis_page(found: Diagnosis | PredictionDiagnosis) -> str:
 
 def _laws(seen: list[Evidence]) -> list[dict[str, Any]]:
     # What happened at single moments is a function of no coordinate.
-    lasting = [e for e in seen if not isinstance(e.term.source, (Slips, Strike))]
+    lasting = [e for e in seen if not isinstance(e.term.source, (LostCounts, Strike))]
     return [
         {"id": e.term.id, "figure": law_figure(e, i), "senses": e.senses}
         for i, e in enumerate(lasting)

@@ -14,17 +14,17 @@ from dataclasses import replace
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.diagnosis.at_rest import alone
 from drill_env.diagnosis.attempts import attempted, goal_of
 from drill_env.diagnosis.extended import value_at
 from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.fit_changes import added, gain_of, own_values
 from drill_env.diagnosis.grids import grid_of
-from drill_env.diagnosis.ground import Ground
+from drill_env.diagnosis.in_filter import moved_in
 from drill_env.diagnosis.joint import WORTH_A_ROUND, descend_jointly
-from drill_env.diagnosis.moves import added, gain_of, own_values
+from drill_env.diagnosis.linearised import Linearised
 from drill_env.diagnosis.rounds import Attempt, is_named
+from drill_env.diagnosis.stiction_starts import alone
 from drill_env.diagnosis.terms import Named, Term
-from drill_env.diagnosis.within import moved_in
 from drill_env.effects import Effect
 
 # Peaks at which descents begin, and rounds of the one that goes on.
@@ -41,7 +41,7 @@ def has_peaks(effect: Effect) -> bool:
     return len(effect.parameters) > 1 and all(p.role != "amplitude" for p in effect.parameters)
 
 
-def descended(ground: Ground, effect: Effect, done: Sequence[Attempt]) -> Attempt | None:
+def descended(linearised: Linearised, effect: Effect, done: Sequence[Attempt]) -> Attempt | None:
     """The best attempt with such an effect from the highest peaks.
 
     The recording that is explained worst is asked alone first: the rig follows for one round at
@@ -49,16 +49,18 @@ def descended(ground: Ground, effect: Effect, done: Sequence[Attempt]) -> Attemp
     explains that one about as well as the best name does.
 
     Args:
-        ground: where it joins.
+        linearised: where it joins.
         effect: it.
         done: attempts with others.
 
     Returns:
         None where it explains that recording far worse than the best name.
     """
-    setting, fit, source = ground.setting, ground.fit, Named(effect)
-    points = [source.bounded(q) for q in grid_of(effect, ground)]
-    worst = max(range(len(ground.known)), key=lambda i: float(np.mean(ground.known[i].white ** 2)))
+    setting, fit, source = linearised.setting, linearised.fit, Named(effect)
+    points = [source.bounded(q) for q in grid_of(effect, linearised)]
+    worst = max(
+        range(len(linearised.known)), key=lambda i: float(np.mean(linearised.known[i].white ** 2))
+    )
     one = alone(setting, fit, worst)
     own = value_at(one[0], fit.vector, fit.terms, fit.noise, one[1].starts, one[1].motions)
     best = _best_value(one[0], done, worst)

@@ -1,4 +1,4 @@
-"""How much of what is left over the motion predicts, and whether nothing is missing."""
+"""Whether the residual torque of a fit says that something without a name is missing."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import Judged, remaining
-from drill_env.diagnosis.remainder import PREDICTABLE, Latent, remainder_of, share_by
+from drill_env.diagnosis.lost_counts import LostCounts
+from drill_env.diagnosis.residual_torque import PREDICTABLE, Latent, residual_torque_of, share_by
 from drill_env.diagnosis.rounds import Found
 from drill_env.diagnosis.shapes import COORDINATES, Place, plain_shape
-from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.terms import Term
 
 # Share of what the rig alone left and the motion predicts above which another law of friction that
@@ -23,11 +23,11 @@ _DISCS: tuple[Place, Place] = ("upper", "lower")
 _OPPOSED = -0.8
 
 
-def with_remainder(
+def with_residual_torque(
     found: Found, setting: Setting, base: Fit, law: bool, before: Sequence[Judged],
     after: Sequence[Judged],
 ) -> Found:  # fmt: skip
-    """How much of what is left over the motion predicts, and its shape if nothing was found.
+    """How much of the residual torque the motion predicts, and its shape if nothing was found.
 
     Args:
         found: the search, decided.
@@ -40,13 +40,13 @@ def with_remainder(
     if not found.rounds:
         return found
     latents = _latents(found.setting, found.final, after)
-    left = remainder_of(latents)
-    found = replace(found, remainder=left)
+    left = residual_torque_of(latents)
+    found = replace(found, residual_torque=left)
     contradicted = found.refuted is not None and found.explained == 1.0
     if max(left.shares) < PREDICTABLE or contradicted:
         return found
     if law:
-        alone = remainder_of(_latents(setting, base, before))
+        alone = residual_torque_of(_latents(setting, base, before))
         refuted = any(
             share > PREDICTABLE and now > _REFUTING * then
             for share, now, then in zip(left.shares, left.squares, alone.squares, strict=True)
@@ -57,19 +57,19 @@ def with_remainder(
 
 
 def _latents(setting: Setting, fit: Fit, judged: Sequence[Judged]) -> list[Latent]:
-    """What a fit leaves over of the fitted and the judged recordings.
+    """Residual torques of the fitted and the judged recordings.
 
     Lost counts are placed in the fitted ones alone.
     """
     seen = [Latent(*remaining(samples, setting, fit)) for samples in setting.samples]
-    if any(isinstance(term.source, Slips) for term in fit.terms):
+    if any(isinstance(term.source, LostCounts) for term in fit.terms):
         return seen
     return [*seen, *(Latent(one.motion, one.torques) for one in judged)]
 
 
 def _told(found: Found, latents: Sequence[Latent]) -> Found:
-    """What is left over told as a shape over the coordinate that alone predicts most of it."""
-    left = found.remainder
+    """The residual torque as a shape over the coordinate that alone predicts most of it."""
+    left = found.residual_torque
     assert left is not None
     upper, lower = np.concatenate([one.torques for one in latents]).T
     together = float(upper @ lower) / float(np.linalg.norm(upper) * np.linalg.norm(lower) + 1e-300)

@@ -15,8 +15,8 @@ import numpy as np
 
 from drill_env._types import FloatArray, IntArray
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.ground import Ground
-from drill_env.diagnosis.moves import gain_of, own_values
+from drill_env.diagnosis.fit_changes import gain_of, own_values
+from drill_env.diagnosis.linearised import Linearised
 from drill_env.diagnosis.terms import Named, Term
 
 # Least size of an amplitude, in usual ones, and the factor from one to the next: no further apart
@@ -26,19 +26,21 @@ _LEAST, _APART = 0.7, 1.2
 _NEAR, _BETWEEN, _WORTH = 5, (0.9, 0.95, 1.05, 1.1), 6
 
 
-def best_at_rest(ground: Ground, source: Named) -> tuple[Term, float] | None:
+def best_at_rest(linearised: Linearised, source: Named) -> tuple[Term, float] | None:
     """The numbers of an effect that make the recordings most likely while the rig stays.
 
     Args:
-        ground: where the effect joins.
+        linearised: where the effect joins.
         source: it.
 
     Returns:
         The term, and the fall of minus twice the log likelihood; None where no disc ever rested.
     """
-    setting, fit = ground.setting, ground.fit
+    setting, fit = linearised.setting, linearised.fit
     disc = 0 if source.effect.equation == "upper" else 1
-    rested = [_rows_before_break_aways(known.path.rows["stuck"][:, disc]) for known in ground.known]
+    rested = [
+        _rows_before_break_aways(known.path.rows["stuck"][:, disc]) for known in linearised.known
+    ]
     if not any(rested):
         return None
     one = alone(setting, fit, int(np.argmax(rested)))

@@ -1,4 +1,4 @@
-"""Whether what a fit leaves over can be predicted from the motion, by whatever formula."""
+"""Whether the residual torque of a fit can be predicted from the motion, by whatever formula."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from drill_env.recordings.signals import lagged
 
 # Of 25 nulls the largest share was 0.04; of 59 right answers all but three had 0.12 and less.
 PREDICTABLE = 0.2
-"""Share of what is left over which the motion predicts, above which something is missing."""
+"""Share of the residual torque which the motion predicts, above which something is missing."""
 
 # Rows that are learnt from; smoothed torques change little from one row to the next.
 _ROWS = 6000
@@ -33,7 +33,7 @@ _LAGS: tuple[tuple[str, bool, float], ...] = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Latent:
-    """What a fit leaves over of one recording.
+    """Residual torques of one recording.
 
     Attributes:
         motion: what all samples say of the motion.
@@ -45,8 +45,8 @@ class Latent:
 
 
 @dataclass(frozen=True, slots=True)
-class Remainder:
-    """How much of what a fit leaves over the motion predicts.
+class ResidualTorque:
+    """How much of the residual torque of a fit the motion predicts.
 
     Attributes:
         shares: of the latent torques' squares on the upper and lower disc, predicted in recordings
@@ -65,7 +65,7 @@ class Remainder:
         return first, second
 
 
-def remainder_of(latents: Sequence[Latent]) -> Remainder:
+def residual_torque_of(latents: Sequence[Latent]) -> ResidualTorque:
     """How well the latent torques of each recording are predicted from the others'.
 
     Gradient-boosted trees learn them as a function of time, voltage, angles, twist, speeds and
@@ -79,7 +79,7 @@ def remainder_of(latents: Sequence[Latent]) -> Remainder:
     rows = np.concatenate(torques)
     first, second = (share_of(known, [t[:, disc] for t in torques]) for disc in range(2))
     sizes = np.sqrt(np.mean(rows**2, axis=0)).tolist()
-    return Remainder((first, second), (sizes[0], sizes[1]))
+    return ResidualTorque((first, second), (sizes[0], sizes[1]))
 
 
 def share_by(name: str, latents: Sequence[Latent], values: Sequence[FloatArray]) -> float:

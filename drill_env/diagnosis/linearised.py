@@ -43,7 +43,7 @@ class Known:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ground:
+class Linearised:
     """Where scores are taken: a fit, and the directions that it already explains.
 
     Attributes:
@@ -63,7 +63,7 @@ class Ground:
     pull: tuple[FloatArray, ...]
 
 
-def ground_at(setting: Setting, fit: Fit) -> Ground:
+def linearised_at(setting: Setting, fit: Fit) -> Linearised:
     """Prepare scores at a fit."""
     jacobian = setting.coordinates.jacobian(fit.vector)
 
@@ -103,7 +103,7 @@ def ground_at(setting: Setting, fit: Fit) -> Ground:
     cross = solved(scaled, np.eye(m)) * np.outer(scale, scale)
     count = sum(len(k.white) for k in parts)
     dispersion = sum(float(k.white @ k.white) for k in parts) / count
-    return Ground(setting, fit, parts, cross, max(dispersion, 1e-3), tuple(p for _, p in found))
+    return Linearised(setting, fit, parts, cross, max(dispersion, 1e-3), tuple(p for _, p in found))
 
 
 def _by_window(own: FloatArray, used: np.ndarray, samples: Samples) -> FloatArray:

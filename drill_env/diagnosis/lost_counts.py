@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.diagnosis.ground import Ground, Known
+from drill_env.diagnosis.linearised import Known, Linearised
 from drill_env.diagnosis.terms import Shape, Term
 from drill_env.effects.along import Motion
 from drill_env.identification.samples import Samples
@@ -26,7 +26,7 @@ _ENCODERS = ("upper", "lower")
 
 
 @dataclass(frozen=True, slots=True)
-class Slips(Shape):
+class LostCounts(Shape):
     """Steps of one encoder at single rows of single recordings, as a source of terms."""
 
     def steps(self, q: FloatArray) -> FloatArray:
@@ -42,18 +42,18 @@ class _Where:
     row: int
 
 
-def slips(ground: Ground, encoder: int) -> tuple[Term, float] | None:
+def slips(linearised: Linearised, encoder: int) -> tuple[Term, float] | None:
     """Steps that an encoder's readings seem to take, and the gain they promise.
 
     Args:
-        ground: a fit with its innovations.
+        linearised: a fit with its innovations.
         encoder: 0 for theta_u, 1 for theta_l.
     """
-    noise = ground.fit.noise
+    noise = linearised.fit.noise
     places: list[_Where] = []
     sizes: list[float] = []
     gain = 0.0
-    for known in ground.known:
+    for known in linearised.known:
         told = smoothed(known.samples, noise, known.path).misread
         # A lower angle that was made of the upper one steps along with it.
         both = known.samples.relative and encoder == 0
@@ -61,8 +61,8 @@ def slips(ground: Ground, encoder: int) -> tuple[Term, float] | None:
         n = len(misread)
         # A step from a row on misreads all rows after it.
         score = np.cumsum(misread[::-1])[::-1]
-        information = _information(ground, known, encoder, n)
-        z = score / np.sqrt(information) / np.sqrt(ground.dispersion)
+        information = _information(linearised, known, encoder, n)
+        z = score / np.sqrt(information) / np.sqrt(linearised.dispersion)
         z[:_APART] = 0.0
         left = np.abs(z)
         found: list[int] = []
@@ -74,23 +74,23 @@ def slips(ground: Ground, encoder: int) -> tuple[Term, float] | None:
             left[max(row - _APART, 0) : row + _APART] = 0.0
         if not found:
             continue
-        q, won = _sizes(ground, known, encoder, found, n)
+        q, won = _sizes(linearised, known, encoder, found, n)
         # Less than two counts is what rounding, ringing and friction do too.
         least = _LEAST * _count(known, encoder)
         found = [row for row, size in zip(found, q, strict=True) if abs(size) > least]
         if not found:
             continue
-        q, won = _sizes(ground, known, encoder, found, n)
+        q, won = _sizes(linearised, known, encoder, found, n)
         places += [_Where(known.motion.recording, row) for row in found]
         sizes += q
         gain += won
     if not places:
         return None
-    source = Slips(
+    source = LostCounts(
         f"missed_counts_{_ENCODERS[encoder]}", "sensor", f"omega_{'ul'[encoder]}", "error",
         tuple(float(i) for i in range(len(places))), _basis(tuple(places), encoder),
     )  # fmt: skip
-    return Term(source, np.array(sizes)), gain / ground.dispersion
+    return Term(source, np.array(sizes)), gain / linearised.dispersion
 
 
 def broken_counts(term: Term, samples: Sequence[Samples]) -> bool:
@@ -102,7 +102,7 @@ def broken_counts(term: Term, samples: Sequence[Samples]) -> bool:
         term: of a fit.
         samples: of its recordings.
     """
-    if not isinstance(term.source, Slips) or len(term.q) > _FEW:
+    if not isinstance(term.source, LostCounts) or len(term.q) > _FEW:
         return False
     key = "theta_l" if term.id.endswith("lower") else "theta_u"
     count = float(np.median([s.recording.quanta.get(key, 0.0) for s in samples]))
@@ -122,20 +122,20 @@ def _columns(rows: list[int], encoder: int, n: int) -> FloatArray:
     return errors
 
 
-def _information(ground: Ground, known: Known, encoder: int, n: int) -> float:
+def _information(linearised: Linearised, known: Known, encoder: int, n: int) -> float:
     rows = np.linspace(0.2 * n, 0.8 * n, _PROBES).astype(int).tolist()
     columns = slopes_of(
-        known.samples, ground.fit.noise, known.path, np.zeros((n, 2, len(rows))),
+        known.samples, linearised.fit.noise, known.path, np.zeros((n, 2, len(rows))),
         _columns(rows, encoder, n),
     )  # fmt: skip
     return float(np.median((columns**2).sum(axis=(0, 1)))) + 1e-300
 
 
 def _sizes(
-    ground: Ground, known: Known, encoder: int, rows: list[int], n: int
+    linearised: Linearised, known: Known, encoder: int, rows: list[int], n: int
 ) -> tuple[list[float], float]:
     columns = slopes_of(
-        known.samples, ground.fit.noise, known.path, np.zeros((n, 2, len(rows))),
+        known.samples, linearised.fit.noise, known.path, np.zeros((n, 2, len(rows))),
         _columns(rows, encoder, n),
     )[known.used]  # fmt: skip
     q = np.linalg.lstsq(columns, known.white, rcond=1e-10)[0]

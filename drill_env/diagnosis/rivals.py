@@ -6,17 +6,17 @@ from collections.abc import Sequence
 
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.fit_changes import added, without
 from drill_env.diagnosis.joint import WORTH_A_ROUND, descend_jointly, polished
-from drill_env.diagnosis.moves import added, without
+from drill_env.diagnosis.lost_counts import LostCounts
 from drill_env.diagnosis.rounds import NEEDED, Round
-from drill_env.diagnosis.slips import Slips
 
 _TRY_ROUNDS, _RIVAL_ROUNDS = 6, 10
 # Of the round in which a term was found, tried again beside what was found later.
 _RIVALS = 3
 
 
-def contest(setting: Setting, fit: Fit, rounds: Sequence[Round]) -> Fit:
+def against_rivals(setting: Setting, fit: Fit, rounds: Sequence[Round]) -> Fit:
     """Ask again, beside what was found later, whether what was found first is the right one.
 
     Args:
@@ -34,7 +34,7 @@ def contest(setting: Setting, fit: Fit, rounds: Sequence[Round]) -> Fit:
             return fewer
         present = {t.id for t in fit.terms}
         rivals = [a for a in rounds[place].named if a.term.id not in present][:_RIVALS]
-        if isinstance(fit.terms[place].source, Slips):
+        if isinstance(fit.terms[place].source, LostCounts):
             rivals = []
         best = fit
         for rival in rivals:

@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 
 from drill_env import Rig
 from drill_env.diagnosis.diagnose import diagnose
-from drill_env.diagnosis.remainder import PREDICTABLE, Latent, remainder_of
+from drill_env.diagnosis.residual_torque import PREDICTABLE, Latent, residual_torque_of
 from drill_env.effects.along import Motion
 from drill_env.integrator import sampled_voltage, simulate
 from drill_env.recordings import Recording
@@ -55,7 +55,7 @@ def test_coloured_noise_is_not_predictable(motions, count):
         Latent(m, np.column_stack([noise(rng, len(m.t), size) for size in (0.02, 1e-4)]))
         for m in motions[:count]
     ]
-    left = remainder_of(latents)
+    left = residual_torque_of(latents)
     assert max(left.shares) < 0.25 * PREDICTABLE
     assert left.sizes == pytest.approx((0.02, 1e-4), rel=0.2)
 
@@ -70,7 +70,7 @@ def test_the_share_is_that_of_the_signal(motions, share):
         signal = math.sqrt(2.0 * share) * np.sin(2.0 * angle + 0.4)
         upper = signal + noise(rng, len(m.t), math.sqrt(1.0 - share))
         latents.append(Latent(m, np.column_stack([upper, np.zeros(len(m.t))])))
-    left = remainder_of(latents)
+    left = residual_torque_of(latents)
     # What is learnt from coloured noise costs some of it.
     assert share - 0.25 < left.shares[0] < share + 0.05
     assert left.shares[1] == 0.0 and left.sizes[1] == 0.0
