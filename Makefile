@@ -35,7 +35,7 @@ export NO_MKDOCS_2_WARNING := 1
 .DEFAULT_GOAL := help
 # The closing lines of `make test` must be those of pytest, with -j too.
 .NOTPARALLEL:
-.PHONY: help demo test bench fuzz proof lint type docs warm tests format setup setup-locked lock clean
+.PHONY: help demo test bench fuzz proof lint type docs warm tests format setup setup-locked lock licences sbom audit clean
 
 help:
 	@echo "make demo    install, then run the main job; results in ./$(OUT)"
@@ -46,6 +46,9 @@ help:
 	@echo "make setup   install for development only (.venv)"
 	@echo "make setup-locked   install from the lock, every file checked by its hash (LOCK=all: every extra)"
 	@echo "make lock    make supply/*.lock anew from constraints.txt"
+	@echo "make licences   write the table of docs/licences.md anew"
+	@echo "make sbom    what is installed, as CycloneDX JSON in ./$(OUT)"
+	@echo "make audit   known vulnerabilities of what is locked (needs PyPI's advisories)"
 	@echo "make format lint type docs tests   one step each"
 	@echo "make clean   remove everything that can be made again, .venv included"
 
@@ -104,6 +107,19 @@ lock: $(READY_SUPPLY)
 	echo hatchling | $(COMPILE) -c constraints.txt pyproject.toml - -o supply/core.lock
 	$(COMPILE) -c constraints.txt pyproject.toml --all-extras -o supply/all.lock
 	$(COMPILE) supply/tools.in -o supply/tools.lock
+
+licences: $(READY_BENCH)
+	$(BIN)/python -m supply.licences docs/licences.md
+
+sbom: $(READY) $(READY_SUPPLY)
+	@mkdir -p $(OUT)
+	$(SUPPLY)/bin/cyclonedx-py environment --pyproject pyproject.toml --mc-type library \
+	  --output-reproducible --of JSON -o $(OUT)/sbom.json $(BIN)/python
+
+# The lock names every file, so pip has nothing to find out and is left out.
+audit: $(READY_SUPPLY)
+	$(SUPPLY)/bin/python -m supply.audit $(OUT)/audit.json \
+	  $(SUPPLY)/bin/pip-audit -r supply/all.lock --require-hashes --disable-pip --progress-spinner off
 
 lint: $(READY_DEV)
 	$(BIN)/ruff check $(CODE)
