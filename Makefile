@@ -9,14 +9,20 @@ EMPS ?= ../shared/recordings/emps
 
 VENV := .venv
 BIN := $(VENV)/bin
-PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input install --quiet -c constraints.txt
+INSTALL := -m pip --disable-pip-version-check --no-input install --quiet
+PIP := $(BIN)/python $(INSTALL) -c constraints.txt
+# Each file must have its hash in the lock; no source is built, since what builds it has no hash.
+LOCKED := $(INSTALL) --require-hashes --no-deps --only-binary :all:
 INPUTS := pyproject.toml constraints.txt
-CODE := $(wildcard agents baselines benchmarks drill_env tests train.py)
+CODE := $(wildcard agents baselines benchmarks drill_env supply tests train.py)
 
 # The stamps lie inside the environment, so that they vanish with it.
 READY := $(VENV)/.ready
 READY_DEV := $(VENV)/.ready-dev
 READY_BENCH := $(VENV)/.ready-bench
+# The tools that lock, list and audit have an environment of their own and stay out of what they list.
+SUPPLY := $(VENV)/supply
+READY_SUPPLY := $(SUPPLY)/.ready
 
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 # No window and no display is needed anywhere.
@@ -29,7 +35,7 @@ export NO_MKDOCS_2_WARNING := 1
 .DEFAULT_GOAL := help
 # The closing lines of `make test` must be those of pytest, with -j too.
 .NOTPARALLEL:
-.PHONY: help demo test bench fuzz proof lint type docs warm tests format setup clean
+.PHONY: help demo test bench fuzz proof lint type docs warm tests format setup setup-locked lock licences sbom audit clean
 
 help:
 	@echo "make demo    install, then run the main job; results in ./$(OUT)"
@@ -38,6 +44,11 @@ help:
 	@echo "make fuzz    hostile input for every reader, random rigs for the integrator (hours; N= READERS=)"
 	@echo "make proof   conceal effects, diagnose, score; coverage of intervals (hours; resumable)"
 	@echo "make setup   install for development only (.venv)"
+	@echo "make setup-locked   install from the lock, every file checked by its hash (LOCK=all: every extra)"
+	@echo "make lock    make supply/*.lock anew from constraints.txt"
+	@echo "make licences   write the table of docs/licences.md anew"
+	@echo "make sbom    what is installed, as CycloneDX JSON in ./$(OUT)"
+	@echo "make audit   known vulnerabilities of what is locked (needs PyPI's advisories)"
 	@echo "make format lint type docs tests   one step each"
 	@echo "make clean   remove everything that can be made again, .venv included"
 
@@ -77,6 +88,38 @@ proof: $(READY_DEV) warm
 	$(BIN)/python -m benchmarks.identification_study --trials 100 --out $(OUT)/proof/coverage
 
 setup: $(READY_DEV)
+
+# What each lock holds, the stamps then say is installed.
+LOCK ?= core
+STAMPS := $(READY) $(if $(filter all,$(LOCK)),$(READY_DEV) $(READY_BENCH))
+
+setup-locked: | $(BIN)/python
+	$(BIN)/python $(LOCKED) -r supply/$(LOCK).lock
+	$(BIN)/python $(INSTALL) --no-deps --no-build-isolation -e .
+	$(BIN)/python -m pip check
+	@touch $(STAMPS)
+
+# Python 3.11.5 is the least that the pinned versions allow. The core needs its build backend too.
+COMPILE := $(SUPPLY)/bin/uv pip compile --quiet --universal --python-version 3.11.5 \
+  --generate-hashes --no-header --no-annotate
+
+lock: $(READY_SUPPLY)
+	echo hatchling | $(COMPILE) -c constraints.txt pyproject.toml - -o supply/core.lock
+	$(COMPILE) -c constraints.txt pyproject.toml --all-extras -o supply/all.lock
+	$(COMPILE) supply/tools.in -o supply/tools.lock
+
+licences: $(READY_BENCH)
+	$(BIN)/python -m supply.licences docs/licences.md
+
+sbom: $(READY) $(READY_SUPPLY)
+	@mkdir -p $(OUT)
+	$(SUPPLY)/bin/cyclonedx-py environment --pyproject pyproject.toml --mc-type library \
+	  --output-reproducible --of JSON -o $(OUT)/sbom.json $(BIN)/python
+
+# The lock names every file, so pip has nothing to find out and is left out.
+audit: $(READY_SUPPLY)
+	$(SUPPLY)/bin/python -m supply.audit $(OUT)/audit.json \
+	  $(SUPPLY)/bin/pip-audit -r supply/all.lock --require-hashes --disable-pip --progress-spinner off
 
 lint: $(READY_DEV)
 	$(BIN)/ruff check $(CODE)
@@ -123,6 +166,11 @@ $(READY_DEV): $(INPUTS) | $(BIN)/python
 
 $(READY_BENCH): $(INPUTS) $(READY_DEV)
 	$(PIP) -e ".[dev,bench]"
+	@touch $@
+
+$(READY_SUPPLY): supply/tools.lock | $(BIN)/python
+	$(PYTHON) -m venv $(SUPPLY)
+	$(SUPPLY)/bin/python $(LOCKED) -r $<
 	@touch $@
 
 clean:
