@@ -19,6 +19,7 @@ from benchmarks.rig_maker import make, quasi_random
 from drill_env import InputError, Rig
 from drill_env.cli.main import run
 from drill_env.diagnosis.diagnose import diagnose
+from drill_env.diagnosis.offered import offered_effects
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.effects import LIBRARY
 from drill_env.identification.estimate import identify
@@ -179,6 +180,15 @@ def test_a_concealed_effect_is_named(effect, names, km):
     assert set(result.fit["holdout"]) == {*names, "log_likelihood"}
     errors = result.fit["five_second_prediction"][names[1]]
     assert errors["after_rms"] < 0.5 * errors["before_rms"]
+
+
+def test_nothing_before_a_measured_torque_is_offered():
+    """An amplifier's limits are in the torque that was read; its ripple over the angle is not."""
+    asked = {effect.id for effect in offered_effects(Rig(), ("km",), amplifier=False)}
+    assert not asked & {"current_limit", "input_delay", "supply_sag", "amplifier_saturation"}
+    assert {"torque_ripple", "commutation_ripple", "gear_compliance", "unbalance"} <= asked
+    every = {effect.id for effect in offered_effects(Rig(), ("km",))}
+    assert {"current_limit", "input_delay", "supply_sag", "amplifier_saturation"} <= every
 
 
 def test_nothing_is_missing_from_a_rig_driven_by_a_torque():

@@ -160,10 +160,10 @@ def _check_channels(held: Sequence[Samples]) -> None:
 def _diagnose(
     samples: list[Samples], held: list[Samples], rig: Rig, options: DiagnosisOptions, report: Report
 ) -> Diagnosis:
-    known = torque_driven([s.recording for s in samples]) or "km" in options.fixed
-    scale = "km" if known else "Ju"
+    measured = torque_driven([s.recording for s in samples])
+    scale = "km" if measured or "km" in options.fixed else "Ju"
     free = free_parameters(rig, options.fixed, scale)
-    library = offered_effects(rig, free, options.leave_out)
+    library = offered_effects(rig, free, options.leave_out, amplifier=not measured)
     found = find(samples, rig, free, library, most=options.most, doubt=options.doubt, report=report)
     law = None
     if rig.friction != "humped" and "friction_shape" not in options.leave_out:

@@ -7,6 +7,7 @@ from collections.abc import Container
 from drill_env.effects import LIBRARY, Effect
 from drill_env.identification.coordinates import active_names
 from drill_env.parameters import SYMBOLS, Rig
+from drill_env.prediction.offer import is_behind_the_current
 
 # An asymmetry lies within the level that it is an asymmetry of.
 _LEVELS = {"dTsu": "Tsu", "dbu": "bu"}
@@ -27,7 +28,9 @@ def free_parameters(rig: Rig, fixed: Container[str] = (), scale: str = "Ju") -> 
     return [name for name in SYMBOLS if name in known and name not in fixed]
 
 
-def offered_effects(rig: Rig, free: Container[str], leave_out: Container[str] = ()) -> list[Effect]:
+def offered_effects(
+    rig: Rig, free: Container[str], leave_out: Container[str] = (), *, amplifier: bool = True
+) -> list[Effect]:
     """The effects of the library that a rig of two discs can have.
 
     Args:
@@ -35,12 +38,14 @@ def offered_effects(rig: Rig, free: Container[str], leave_out: Container[str] = 
         free: its free parameters; an effect that is a parameter of the rig is offered where the
             rig lacks that, so where it is 0 and held.
         leave_out: ids that are not wanted.
+        amplifier: whether one lies between what was recorded and the motor.
     """
     return [
         effect
         for effect in LIBRARY.values()
         if effect.id not in leave_out
         and not effect.axis_only
+        and (amplifier or is_behind_the_current(effect))
         and not (effect.stands_for and _has(rig, effect.stands_for, free))
     ]
 

@@ -11,10 +11,10 @@ from drill_env.parameters import SYMBOLS, Rig
 from drill_env.prediction.candidate import Candidate, candidate_of, scales_of
 from drill_env.prediction.shapes import free_shapes
 
-# Of the motor and its gear, behind whatever was measured.
-_BEHIND_THE_CURRENT = ("torque_ripple",)
+# Of the motor, behind whatever was measured.
+_BEHIND_THE_CURRENT = ("torque_ripple", "commutation_ripple")
 # Beside what depends on the voltage.
-_READ_THE_DRIVE = ("gear_eccentricity", "gear_backlash", "gear_compliance")
+_READ_THE_DRIVE = ("gear_eccentricity", "gear_backlash", "gear_compliance", "commutation_ripple")
 # A lone encoder that reports late is the drive that acts late, which each fit has.
 _SHIFTS = ("encoder_delay_upper", "input_delay")
 
@@ -73,5 +73,9 @@ def _possible(effect: Effect, rig: Rig, *, amplifier: bool) -> bool:
         return False
     if rig.inertias == 1 and (effect.equation != "upper" or effect.id in _SHIFTS):
         return False
-    behind = effect.id in _BEHIND_THE_CURRENT
-    return amplifier or effect.component != "actuator" or behind
+    return amplifier or is_behind_the_current(effect)
+
+
+def is_behind_the_current(effect: Effect) -> bool:
+    """Whether a measured current or torque leaves room for it: it is no amplifier's."""
+    return effect.component != "actuator" or effect.id in _BEHIND_THE_CURRENT
