@@ -121,6 +121,20 @@ def test_a_weight_is_named_with_its_size_and_predicts_what_was_not_fitted():
     assert again.result.effects == []
 
 
+def test_numbers_of_given_physics_are_refined_with_the_rig():
+    """A weight that the rig file knows within some per cent is a weight, not missing physics."""
+    case = CASES["pendulum that turns over"]
+    runs = [run_of(case, seed) for seed in (1, 2, 3)]
+    weight = {"id": "upper_unbalance", "torque": 0.55, "phase": np.pi / 2 + 0.08}
+    rig = case.plant.rig().replace(effects=(weight,))
+    found = diagnose_by_prediction(runs[:2], rig, runs[2:], QUICK)
+    assert found.result.effects == [] and found.result.grades is None
+    change = found.result.parameters_changed["upper_unbalance.torque"]
+    assert change.before == 0.55 and change.low < 0.6 < change.high
+    (refined,) = found.rig.effects
+    assert refined["torque"] == pytest.approx(0.6, rel=0.02)
+
+
 def test_missing_friction_is_told_as_coulomb_friction():
     plant = Plant(**{**BARE.__dict__, "Tu": 0.06})
     runs = [run_of(Case(plant, volts=1.6, rate=200.0), seed) for seed in (1, 2, 3)]

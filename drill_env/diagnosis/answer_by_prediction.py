@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -102,10 +103,15 @@ def _changes(after: Fit, spread: FloatArray) -> dict[str, Change]:
     slopes = setting.coordinates.jacobian(vector)
     sizes = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", slopes, spread[:count, :count], slopes), 0))
     values = setting.coordinates.values(vector)
-    return {
+    out = {
         name: Change(getattr(setting.start, name), value, value - Z_95 * size, value + Z_95 * size)
         for (name, value), size in zip(values.items(), sizes.tolist(), strict=True)
     }
+    of_effects = zip(setting.given, after.vector[count : setting.shift].tolist(), strict=True)
+    for place, (one, x) in enumerate(of_effects, start=count):
+        size = Z_95 * abs(one.slope(x)) * math.sqrt(max(float(spread[place, place]), 0.0))
+        out[one.label] = Change(one.value, one.at(x), one.at(x) - size, one.at(x) + size)
+    return out
 
 
 def _far_off(after: Fit) -> list[str]:
@@ -113,7 +119,7 @@ def _far_off(after: Fit) -> list[str]:
     setting = after.setting
     reach = setting.criteria.reach * setting.spread
     pulled = np.abs(after.vector - setting.centre) > 0.99 * reach
-    names = [n for n, far in zip(setting.free, pulled[:-1], strict=True) if far]
+    names = [n for n, far in zip(setting.names, pulled[:-1], strict=True) if far]
     if not names:
         return []
     return [

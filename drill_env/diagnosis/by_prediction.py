@@ -21,9 +21,10 @@ from drill_env.parameters import Rig
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.cut import cut, leads_of, upper_axis
 from drill_env.prediction.decide import Choice, explained
-from drill_env.prediction.fit import Fit, Setting
+from drill_env.prediction.fit import Fit
 from drill_env.prediction.offer import candidates_for, free_names
 from drill_env.prediction.search import Fold, folds_of
+from drill_env.prediction.setting import Setting
 from drill_env.recordings import Recording
 
 Report = Callable[[str], None]

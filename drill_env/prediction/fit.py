@@ -11,12 +11,11 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import BoolArray, FloatArray
-from drill_env.identification.coordinates import POSITIVE, Coordinates
 from drill_env.parameters import Rig
 from drill_env.prediction.candidate import Candidate
-from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.cut import Cut
 from drill_env.prediction.likelihood import FAR, log_density, scales, weights
+from drill_env.prediction.setting import Setting
 
 _ROUNDS = 15
 _ENOUGH = 0.02
@@ -28,52 +27,12 @@ _SHAPE_SPREAD = 2.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Setting:
-    """What fits are made to.
-
-    Attributes:
-        start: the given rig, its effects among it.
-        free: names of its free parameters.
-        doubt: relative standard deviation of these.
-        cuts: recordings.
-        criteria: how they are judged.
-    """
-
-    start: Rig
-    free: tuple[str, ...]
-    doubt: float
-    cuts: tuple[Cut, ...]
-    criteria: Criteria
-
-    @property
-    def coordinates(self) -> Coordinates:
-        """Of the free parameters."""
-        return Coordinates(self.start, self.free)
-
-    @property
-    def centre(self) -> FloatArray:
-        """The given rig and no shift of the drive."""
-        return np.append(self.coordinates.vector(self.start), 0.0)
-
-    @property
-    def spread(self) -> FloatArray:
-        """Standard deviations around it."""
-        level = {"dTsu": self.start.Tsu, "dbu": self.start.bu}
-        values = self.coordinates.vector(self.start).tolist()
-        sizes = [
-            1.0 if name in POSITIVE else max(2.0 * abs(value), level.get(name, 0.0), 1e-6)
-            for name, value in zip(self.free, values, strict=True)
-        ]
-        return np.append(self.doubt * np.array(sizes), self.criteria.shift)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Fit:
     """A rig with candidates at its best.
 
     Attributes:
         setting: what it was fitted to.
-        vector: coordinates of the rig, and the drive's shift in intervals.
+        vector: coordinates of the rig and its given effects, and the drive's shift in intervals.
         candidates: what is added.
         numbers: of each.
         errors: of all windows, shape (w, k, c).
@@ -161,12 +120,12 @@ def _rig(setting: Setting, candidates: Sequence[Candidate], x: FloatArray) -> Ri
     Raises:
         InputError: there is none.
     """
-    place = len(setting.free) + 1
-    effects = list(setting.start.effects)
+    place = len(setting.centre)
+    added = []
     for candidate in candidates:
-        effects.append(candidate.entry(x[place : place + candidate.size]))
+        added.append(candidate.entry(x[place : place + candidate.size]))
         place += candidate.size
-    return setting.coordinates.rig(x[: len(setting.free)]).replace(effects=tuple(effects))
+    return setting.rig(x, added)
 
 
 class _Descent:
@@ -190,7 +149,7 @@ class _Descent:
         def one(x: FloatArray) -> FloatArray | None:
             try:
                 rig = _rig(self.setting, self.candidates, x)
-                return _errors(rig, float(x[len(self.setting.free)]), self.setting.cuts)
+                return _errors(rig, float(x[self.setting.shift]), self.setting.cuts)
             except InputError:
                 return None
 

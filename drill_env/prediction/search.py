@@ -11,8 +11,9 @@ from drill_env._types import FloatArray
 from drill_env.prediction.candidate import Candidate
 from drill_env.prediction.compare import Row, row_of
 from drill_env.prediction.cut import Cut
-from drill_env.prediction.fit import Fit, Setting, fit
+from drill_env.prediction.fit import Fit, fit
 from drill_env.prediction.screen import screened
+from drill_env.prediction.setting import Setting
 
 Report = Callable[[str], None]
 # Candidates that are fitted after the first look.

@@ -150,6 +150,7 @@ def likelihood_rows(result: DiagnosisResult) -> list[dict[str, str]]:
 def parameter_rows(result: DiagnosisResult) -> list[dict[str, Any]]:
     """Parameters of the rig before and after."""
     units = {item.name: item.metadata.get("unit", "") for item in fields(Rig)}
+    units |= {f"{e.id}.{p.name}": p.unit for e in LIBRARY.values() for p in e.parameters}
     changed = result.parameters_changed
     moved = set(significant(changed))
     return [
