@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from drill_env._checks import real_array
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.effects.declared import declared
+from drill_env.effects.declared import Declared, declared
 from drill_env.environment import targets
 from drill_env.environment._extended import Extension, start_extended, step_extended
 from drill_env.environment._kernel import start_row, step_rows
@@ -56,9 +56,7 @@ class EnvCore:
         self.setting = self._setting()
         self.buffers = new_buffers(config.samples, config.control_period, config.rtol)
         self.settling = new_buffers(1, config.control_period, 1e-7)
-        self.acts = False
-        self.extension: Extension | None = None
-        self._extend()
+        self.effects, self.extension = self._extended()
         self.nobody = np.zeros(n, dtype=np.bool_)
         self._rngs: dict[int, np.random.Generator] = {}
 
@@ -86,15 +84,15 @@ class EnvCore:
         self.__dict__.update(state)
         self.row, kept = self.rows.row, self.extension
         # Addresses mean nothing in another process or to a copy.
-        self._extend()
+        self.effects, self.extension = self._extended()
         if kept is not None and self.extension is not None:
             self.extension.volts[:], self.extension.past[:] = kept.volts, kept.past
 
-    def _extend(self) -> None:
+    def _extended(self) -> tuple[Declared, Extension | None]:
         effects = declared(self.config.rig)
-        self.acts, self.extension = effects.acts, None
-        if self.config.rig.effects:
-            self.extension = lay_out(self.config, self.n, effects, self.buffers)
+        if not self.config.rig.effects:
+            return effects, None
+        return effects, lay_out(self.config, self.n, effects, self.buffers)
 
     def _largest_delay(self) -> float:
         return self.config.encoder.delay_s + max(self.spread.delay_s, 0.2)
@@ -157,7 +155,7 @@ class EnvCore:
             for i in np.flatnonzero(self.row["noise_row"] >= _NOISE_ROWS):
                 self._draw_noise(int(i))
         skip = self.nobody if skip is None else skip
-        pair = tableau(self.config.method, effects=self.acts)[0]
+        pair = tableau(self.config.method, effects=self.effects.acts)[0]
         plain = (0, self.n, skip, volts, self.rows, self.setting[0], pair, self.buffers)
         if self.extension is None:
             failed = step_rows(*plain)
@@ -205,7 +203,7 @@ class EnvCore:
         if self.extension is None:
             start_row(i, self.rows, self.setting[0])
         else:
-            pair = tableau(self.config.method, effects=self.acts)[0]
+            pair = tableau(self.config.method, effects=self.effects.acts)[0]
             start_extended(i, self.rows, self.setting[0], pair, self.buffers, self.extension)
 
     def _draw_plant(self, row: Any, uniforms: FloatArray, options: ResetOptions) -> float:
