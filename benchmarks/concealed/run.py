@@ -22,6 +22,7 @@ import typer
 from rich.progress import track
 
 from drill_env._ending import end_tidily
+from drill_env._errors import InputError
 from drill_env._files import make_folder, write_text
 
 _OPTIONS = {"leave_out": "--leave-out", "start_friction": "--start-friction"}
@@ -94,6 +95,20 @@ def _one(tool: tuple[str, ...], case: Path, out: Path, limit: float, stop: Event
         write_text(done, json.dumps(found, indent=1) + "\n")
 
 
+def _all(folders: list[Path], out: Path, jobs: int, limit: float) -> None:
+    stop = Event()
+    with ThreadPoolExecutor(jobs) as pool:
+        todo = [pool.submit(_one, TOOL, f, out / f.name, limit, stop) for f in folders]
+        try:
+            for job in track(todo, "cases", transient=True):
+                job.result()
+        except BaseException:
+            # The pool would first do all that is left.
+            stop.set()
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
 def main(
     cases: Annotated[Path, typer.Option(help="Folder of the cases.")],
     out: Annotated[Path, typer.Option(help="Folder of the reports.")],
@@ -102,22 +117,16 @@ def main(
     first: Annotated[int, typer.Option(help="Only so many; 0 for all.")] = 0,
 ) -> None:
     """Diagnose the cases that are not done yet."""
-    folders = sorted(cases.glob("case-*"))[: first or None]
-    make_folder(out)
-    stop = Event()
     end_tidily()
-    with ThreadPoolExecutor(jobs) as pool:
-        todo = [pool.submit(_one, TOOL, f, out / f.name, limit, stop) for f in folders]
-        try:
-            for job in track(todo, "cases", transient=True):
-                job.result()
-        except BaseException as error:
-            # The pool would first do all that is left.
-            stop.set()
-            pool.shutdown(cancel_futures=True)
-            if isinstance(error, KeyboardInterrupt):
-                print("interrupted; run again to go on", file=sys.stderr)
-            raise
+    folders = sorted(cases.glob("case-*"))[: first or None]
+    try:
+        _all(folders, make_folder(out), jobs, limit)
+    except InputError as error:
+        print(f"error: {error}", file=sys.stderr)
+        raise typer.Exit(2) from error
+    except KeyboardInterrupt:
+        print("interrupted; run again to go on", file=sys.stderr)
+        raise
     records = [json.loads((out / f.name / "run.json").read_text(encoding="utf-8")) for f in folders]
     failed = [f.name for f, r in zip(folders, records, strict=True) if r["exit_status"]]
     print(f"{len(folders)} cases, {len(failed)} failed{': ' if failed else ''}{', '.join(failed)}")

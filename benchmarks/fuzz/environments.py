@@ -130,21 +130,17 @@ def _episodes(env: Any, actions: NDArray[Any]) -> list[bytes]:
     return found
 
 
-def processes(options: dict[str, Any], seed: int, contexts: tuple[str, ...]) -> None:
+def processes(options: dict[str, Any], seed: int, context: str) -> None:
     """Workers of Gymnasium and of Stable-Baselines3 give the bits of this process."""
     from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
 
     actions = draw_actions(np.random.default_rng(seed), options, STEPS)
-    for context in contexts:
-        here, there = (
-            SyncVectorEnv(makers(options)),
-            AsyncVectorEnv(makers(options), context=context),
-        )
-        same(*[vector_steps(env, actions, started(env, seed)) for env in (here, there)])
-        there.close()
-        pair = [DummyVecEnv(makers(options)), SubprocVecEnv(makers(options), context)]
-        same(*[adapter_steps(env, actions, seeded(env, seed)) for env in pair])
-        pair[1].close()
+    pair = [SyncVectorEnv(makers(options)), AsyncVectorEnv(makers(options), context=context)]
+    same(*[vector_steps(env, actions, started(env, seed)) for env in pair])
+    pair[1].close()
+    pair = [DummyVecEnv(makers(options)), SubprocVecEnv(makers(options), context)]
+    same(*[adapter_steps(env, actions, seeded(env, seed)) for env in pair])
+    pair[1].close()
 
 
 SWINGS = {"id": "lower_disturbance", "torque": 0.02, "phase": 0.3, "frequency": 1.0}
@@ -220,7 +216,8 @@ def main(
     print(f"{n} configurations, {faults} with a fault")
     for number in range(first, first + min(n, 3)):
         options = draw_options(np.random.default_rng([seed, number]))
-        processes(options, seed, ("fork", "spawn", "forkserver"))
+        for context in ("fork", "spawn", "forkserver"):
+            processes(options, seed, context)
     print("processes give the same bits")
     grown, changed = long_run(steps, seed)
     print(f"{steps} steps: grown by {grown} bytes, steady motion changed by {changed:.1e} rad/s")

@@ -31,6 +31,7 @@ import typer
 from benchmarks.fuzz.works import ROOT, WORKS, Work, recordings
 
 SIGNALS = (signal.SIGKILL, signal.SIGINT, signal.SIGTERM)
+LOG = "log"
 BEGUN = 1.5
 """Seconds after which Python and the package are imported; before, an interrupt is Python's own."""
 PATIENCE = 60.0
@@ -86,11 +87,13 @@ class Tally:
     faults: list[str] = field(default_factory=list)
 
 
-def start(work: Work, inputs: Path, out: Path, *more: str) -> subprocess.Popen[str]:
+def start(work: Work, inputs: Path, out: Path, *more: str) -> subprocess.Popen[bytes]:
     """The command in a group of its own, in which an interrupt is not ignored."""
-    return subprocess.Popen(
-        [*work.argv(inputs, out), *more], cwd=inputs, stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE, text=True, start_new_session=True,
+    # A file: a pipe would be held open by processes that go on.
+    with (inputs / LOG).open("wb") as log:
+        return subprocess.Popen(
+        [*work.argv(inputs, out), *more], cwd=inputs, stdout=subprocess.DEVNULL,
+        stderr=log, start_new_session=True,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )  # fmt: skip
@@ -100,8 +103,9 @@ def finish(work: Work, inputs: Path, out: Path, *more: str) -> float:
     """Run to the end; returns the seconds it took."""
     began = time.perf_counter()
     process = start(work, inputs, out, *more)
-    _, err = process.communicate(timeout=900)
-    assert process.returncode == 0, f"exit status {process.returncode}: {err[-2000:]}"
+    process.wait(timeout=900)
+    said = (inputs / LOG).read_text(encoding="utf-8")
+    assert process.returncode == 0, f"exit status {process.returncode}: {said[-2000:]}"
     return time.perf_counter() - began
 
 
@@ -113,7 +117,7 @@ def kill(
     before = leftovers(out)
     process = start(work, inputs, out)
     try:
-        process.communicate(timeout=moment)
+        process.wait(timeout=moment)
         tally.ended += 1
         return
     except subprocess.TimeoutExpired:
@@ -121,21 +125,22 @@ def kill(
     sent = time.perf_counter()
     (os.killpg if whole else os.kill)(process.pid, number)
     try:
-        _, err = process.communicate(timeout=PATIENCE)
+        process.wait(timeout=PATIENCE)
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, signal.SIGKILL)
-        _, err = process.communicate()
+        process.wait()
         tally.faults.append(f"{number.name} at {moment:.2f} s: has not ended in {PATIENCE} s")
     took = time.perf_counter() - sent
     tally.sent[number.name] += 1
     tally.slowest = max(tally.slowest, took)
     told = f"{number.name} at {moment:.2f} s, {'group' if whole else 'alone'}"
-    if alive(process.pid):
+    if go_on(process.pid):
         tally.faults.append(f"{told}: processes of it go on")
         os.killpg(process.pid, signal.SIGKILL)
     left = [path.name for path in leftovers(out) if path not in before]
     if number is not signal.SIGKILL and moment > BEGUN:
-        faults = interrupted(process.returncode, 128 + number, err)
+        said = (inputs / LOG).read_text(encoding="utf-8")
+        faults = interrupted(process.returncode, number, said)
         tally.faults += [f"{told}: {fault}" for fault in faults + [f"leaves {n}" for n in left]]
     tally.temporary += len(left)
     for path in outputs(out):
@@ -145,21 +150,28 @@ def kill(
             tally.faults.append(f"{told}: {path.name} is half there, {error}")
 
 
-def alive(group: int) -> bool:
-    """Whether processes of a group are left after a while."""
-    until = time.monotonic() + 5.0
-    while time.monotonic() < until:
-        try:
-            os.killpg(group, 0)
-        except ProcessLookupError:
-            return False
-        time.sleep(0.05)
+def running(group: int) -> bool:
+    """Whether processes of a group are there."""
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
     return True
 
 
-def interrupted(status: int, wanted: int, err: str) -> list[str]:
+def go_on(group: int) -> bool:
+    """Whether they still are after a while."""
+    until = time.monotonic() + 5.0
+    while running(group) and time.monotonic() < until:
+        time.sleep(0.05)
+    return running(group)
+
+
+def interrupted(status: int, number: int, err: str) -> list[str]:
     """What is wrong with how a command ended that was asked to end."""
-    faults = [] if status in (wanted, 0) else [f"exit status {status}"]
+    # Silence and the signal's own status: all was done, and Python itself was ending.
+    late = status == -number and not err.strip()
+    faults = [] if late or status in (128 + number, 0) else [f"exit status {status}"]
     if "Traceback" in err or "Error" in err:
         faults.append(f"says {err[-600:]!r}")
     elif status == 130 and "interrupted" not in err and "go on" not in err:
