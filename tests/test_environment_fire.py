@@ -162,8 +162,10 @@ def test_an_environment_that_has_drawn_can_be_copied():
     env = DrillStringEnv("rgb_array", setpoint=3.0)
     env.reset(seed=SEED)
     env.render()
-    for other in (copy.deepcopy(env), pickle.loads(pickle.dumps(env))):
-        assert other.step(np.array([3.0]))[0].tobytes() == env.step(np.array([3.0]))[0].tobytes()
+    copies = copy.deepcopy(env), pickle.loads(pickle.dumps(env))
+    wanted = env.step(np.array([3.0]))[0].tobytes()
+    for other in copies:
+        assert other.step(np.array([3.0]))[0].tobytes() == wanted
         assert other.render().shape == env.render().shape
 
 
@@ -211,11 +213,15 @@ def test_the_comparison_tells_a_single_bit():
         fire.same(*runs)
 
 
-@pytest.mark.parametrize("context", ["fork", "spawn"])
-def test_processes_give_the_same_bits(context):
-    fire.processes(
-        {"uncertainty": "L3", "start": "ring", "encoder": {"noise_rad": 1e-3}}, 3, context
-    )
+@pytest.mark.parametrize(
+    ("workers", "context"),
+    [
+        (fire.gymnasium_workers, "fork"), (fire.gymnasium_workers, "spawn"),
+        (fire.sb3_workers, "fork"),
+    ],
+)  # fmt: skip
+def test_processes_give_the_same_bits(workers, context):
+    workers({"uncertainty": "L3", "start": "ring", "encoder": {"noise_rad": 1e-3}}, SEED, context)
 
 
 def test_many_steps_grow_no_memory_and_shift_no_time():

@@ -71,7 +71,8 @@ def adapter_steps(env: Any, actions: NDArray[Any], first: list[Any]) -> Iterator
     for action in actions:
         observation, reward, done, infos = env.step(action)
         ends = [i["terminal_observation"] for i in infos if "terminal_observation" in i]
-        yield [observation, reward, done, *ends]
+        # Stable-Baselines3 itself gives rewards of its workers in double precision.
+        yield [observation, np.float32(reward), done, *ends]
 
 
 def same(first: Iterator[list[Any]], second: Iterator[list[Any]]) -> None:
@@ -130,14 +131,19 @@ def _episodes(env: Any, actions: NDArray[Any]) -> list[bytes]:
     return found
 
 
-def processes(options: dict[str, Any], seed: int, context: str) -> None:
-    """Workers of Gymnasium and of Stable-Baselines3 give the bits of this process."""
-    from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
-
+def gymnasium_workers(options: dict[str, Any], seed: int, context: str) -> None:
+    """Worker processes of Gymnasium give the bits of this process."""
     actions = draw_actions(np.random.default_rng(seed), options, STEPS)
     pair = [SyncVectorEnv(makers(options)), AsyncVectorEnv(makers(options), context=context)]
     same(*[vector_steps(env, actions, started(env, seed)) for env in pair])
     pair[1].close()
+
+
+def sb3_workers(options: dict[str, Any], seed: int, context: str) -> None:
+    """Likewise those of Stable-Baselines3."""
+    from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
+
+    actions = draw_actions(np.random.default_rng(seed), options, STEPS)
     pair = [DummyVecEnv(makers(options)), SubprocVecEnv(makers(options), context)]
     same(*[adapter_steps(env, actions, seeded(env, seed)) for env in pair])
     pair[1].close()
@@ -217,7 +223,8 @@ def main(
     for number in range(first, first + min(n, 3)):
         options = draw_options(np.random.default_rng([seed, number]))
         for context in ("fork", "spawn", "forkserver"):
-            processes(options, seed, context)
+            gymnasium_workers(options, seed, context)
+            sb3_workers(options, seed, context)
     print("processes give the same bits")
     grown, changed = long_run(steps, seed)
     print(f"{steps} steps: grown by {grown} bytes, steady motion changed by {changed:.1e} rad/s")
