@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 
@@ -45,6 +44,7 @@ def test_the_check_tells_a_file_that_is_half_there(tmp_path):
     assert any("half there" in fault for fault in tally.faults)
 
 
+@pytest.mark.filterwarnings("ignore::drill_env.recordings.RecordingWarning")
 def test_leftovers_are_no_recordings(tmp_path):
     """A hidden file in a folder of recordings is what a killed program has left."""
     t = np.arange(0.0, 6.0, 0.01)
@@ -99,10 +99,9 @@ def load_width(setting):
 
 
 @pytest.fixture(scope="module")
-def odd():
-    # pytest's own folders are closed to others.
-    with tempfile.TemporaryDirectory() as folder:
-        yield Path(folder), places.unwritable(Path(folder))
+def odd(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("odd")
+    return folder, places.unwritable(folder)
 
 
 @pytest.mark.parametrize("name", ["compare", "bifurcation", "concealed", "train"])
@@ -114,9 +113,9 @@ def test_no_place_to_write_is_one_error(odd, name, place):
     assert "Traceback" not in err
 
 
-def test_without_cache_and_home():
-    with tempfile.TemporaryDirectory() as folder:
-        assert places.without_cache(Path(folder)) == places.plain(places.FILTER)
+def test_without_cache_and_home(tmp_path):
+    """Every folder that the compiler may keep its work in is closed."""
+    assert places.without_cache(tmp_path) == places.plain(places.FILTER)
 
 
 def test_threads_do_not_disturb_each_other():
