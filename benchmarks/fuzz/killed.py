@@ -169,8 +169,8 @@ def go_on(group: int) -> bool:
 
 def interrupted(status: int, number: int, err: str) -> list[str]:
     """What is wrong with how a command ended that was asked to end."""
-    # Silence and the signal's own status: all was done, and Python itself was ending.
-    late = status == -number and not err.strip()
+    # Python tells of a signal that it leaves to nobody; else all was done and it was ending.
+    late = status == -number == -signal.SIGINT
     faults = [] if late or status in (128 + number, 0) else [f"exit status {status}"]
     if "Traceback" in err or "Error" in err:
         faults.append(f"says {err[-600:]!r}")
