@@ -135,7 +135,8 @@ def kill(
     tally.slowest = max(tally.slowest, took)
     told = f"{number.name} at {moment:.2f} s, {'group' if whole else 'alone'}"
     if go_on(process.pid):
-        tally.faults.append(f"{told}: processes of it go on")
+        if not (work.lingers and number is signal.SIGKILL):
+            tally.faults.append(f"{told}: processes of it go on")
         os.killpg(process.pid, signal.SIGKILL)
     left = [path.name for path in leftovers(out) if path not in before]
     if number is not signal.SIGKILL and moment > BEGUN:

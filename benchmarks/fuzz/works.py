@@ -45,12 +45,14 @@ class Work:
         argv: what is run, given the folder of its inputs and that of its outputs.
         goes_on: options that continue what an earlier run has left, if there are such.
         endless: whether it only ends when it is ended.
+        lingers: whether a command that it has begun ends by itself where it is killed.
     """
 
     name: str
     argv: Callable[[Path, Path], list[str]]
     goes_on: tuple[str, ...] = ()
     endless: bool = False
+    lingers: bool = False
 
 
 def recordings(folder: Path) -> None:
@@ -105,6 +107,7 @@ WORKS = {
                 sys.executable, "-m", "benchmarks.concealed.run", "--cases", str(inputs / "cases"),
                 "--out", str(out),
             ],
+            lingers=True,
         ),
         Work("train", lambda _, out: [*TRAIN, "--out", str(out)], goes_on=("--resume",)),
         Work(
