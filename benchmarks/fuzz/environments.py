@@ -26,6 +26,7 @@ from rich.progress import track
 from benchmarks.fuzz.configurations import draw_options
 from benchmarks.fuzz.forked import forked
 from drill_env import Rig
+from drill_env.effects import LIBRARY
 from drill_env.environment import DrillStringEnv, DrillStringVectorEnv
 
 NAME = "drill_env:DrillString-v0"
@@ -221,19 +222,21 @@ def main(
     first: Annotated[int, typer.Option(help="number of the first configuration")] = 0,
 ) -> None:
     """Compare bits, then run for long."""
+    # What all need is loaded once, here.
+    _ = [effect.code for effect in LIBRARY.values()], verdict(0, 0), verdict(0, 1)
     faults = 0
     for number in track(range(first, first + n), description="configurations"):
         found = forked(functools.partial(verdict, seed, number), DEAD)
         if found["fault"]:
             faults += 1
             print(json.dumps({"number": number, **found}, default=str), flush=True)
-    print(f"{n} configurations, {faults} with a fault")
+    print(f"{n} configurations, {faults} with a fault", flush=True)
     for number in range(first, first + min(n, 3)):
         options = draw_options(np.random.default_rng([seed, number]))
         for context in ("fork", "spawn", "forkserver"):
             gymnasium_workers(options, seed, context)
             sb3_workers(options, seed, context)
-    print("processes give the same bits")
+    print("processes give the same bits", flush=True)
     grown, changed = long_run(steps, seed)
     print(f"{steps} steps of {MANY} rigs: grown by {grown} bytes, changed by {changed:.1e} rad/s")
     raise typer.Exit(1 if faults or grown > MOST_GROWN or changed > MOST_CHANGED else 0)
