@@ -227,3 +227,10 @@ def test_processes_give_the_same_bits(workers, context):
 def test_many_steps_grow_no_memory_and_shift_no_time():
     grown, changed = fire.long_run(10_000, SEED)
     assert grown < fire.MOST_GROWN and changed < fire.MOST_CHANGED
+
+
+@pytest.mark.parametrize("number", [311, 409])
+def test_contact_that_ages_stays_finite_where_a_step_passes_rest(number):
+    """Its age was once asked for at a speed beyond rest, where it has no logarithm."""
+    found = fire.verdict(2, number)
+    assert not found["fault"], found
