@@ -41,7 +41,7 @@ help:
 	@echo "make demo    install, then run the main job; results in ./$(OUT)"
 	@echo "make test    install, then check style and types, build the docs, run all tests"
 	@echo "make bench   install the peers too, then measure beside them"
-	@echo "make fuzz    hostile input for every reader, random rigs for the integrator (hours; N= READERS=)"
+	@echo "make fuzz    hostile input, random rigs and environments, killed commands (hours; N= READERS=)"
 	@echo "make proof   conceal effects, diagnose, score; coverage of intervals (hours; resumable)"
 	@echo "make setup   install for development only (.venv)"
 	@echo "make setup-locked   install from the lock, every file checked by its hash (LOCK=all: every extra)"
@@ -62,15 +62,21 @@ bench: $(READY_BENCH) warm
 	$(BIN)/python -m benchmarks
 
 # Inputs for each reader; READERS names some of them alone. Then random rigs with random effects:
-# ranges as a machine's, and shapes of effects from all that a rig file may hold.
+# ranges as a machine's, and shapes of effects from all that a rig file may hold. Then random
+# configurations of the environments, long commands that are killed, and odd places to run in.
 N ?= 100000
 FUZZ_RIGS ?= 10000
+FUZZ_ENVIRONMENTS ?= 500
+FUZZ_KILLS ?= 50
 FUZZ_SEED ?= 7
 
 fuzz: $(READY_DEV) warm
 	$(BIN)/python -m benchmarks.fuzz $(READERS) --inputs $(N) --seed $(FUZZ_SEED)
 	$(BIN)/python -m benchmarks.fuzz.rigs --rigs $(FUZZ_RIGS) --seed $(FUZZ_SEED)
 	$(BIN)/python -m benchmarks.fuzz.rigs --rigs $(FUZZ_RIGS) --seed $(FUZZ_SEED) --wide
+	$(BIN)/python -m benchmarks.fuzz.environments --n $(FUZZ_ENVIRONMENTS) --seed $(FUZZ_SEED)
+	$(BIN)/python -m benchmarks.fuzz.killed --kills $(FUZZ_KILLS) --seed $(FUZZ_SEED)
+	$(BIN)/python -m benchmarks.fuzz.places
 
 # Seeds from a million on are the proof's: once a release, never while developing.
 PROOF_SEED ?= 1000013

@@ -34,6 +34,7 @@ from typing import Any
 
 import drill_env  # noqa: F401
 from drill_env import InputError
+from drill_env._ending import end_tidily
 
 CHECKPOINT = "checkpoint.zip"
 PERIOD = 0.05
@@ -262,6 +263,7 @@ def main(args: Args) -> None:
     from rich.console import Console
 
     from drill_env import baselines
+    from drill_env._tables import write_table
     from drill_env.agents.policy import load
     from drill_env.benchmark import compare
     from drill_env.environment.config import EnvConfig
@@ -272,11 +274,12 @@ def main(args: Args) -> None:
         return
     shown = {name: baselines.CONTROLLERS[name] for name in BESIDE}
     table = compare({**shown, "ppo": lambda _: load(args.out)}, EnvConfig())
-    table.to_csv(args.out / "compare.csv", index=False)
+    write_table(table, args.out / "compare.csv")
     Console(width=None if sys.stdout.isatty() else 120).print(compare_table(table))
 
 
 if __name__ == "__main__":
+    end_tidily()
     try:
         main(parse(sys.argv[1:]))
     except InputError as error:

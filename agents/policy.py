@@ -14,7 +14,7 @@ import numpy as np
 
 from drill_env._documents import read_json
 from drill_env._errors import InputError
-from drill_env._files import make_folder, replacing, write_text
+from drill_env._files import make_folder, replacing
 from drill_env._types import FloatArray, PathLike
 from drill_env.environment.config import EnvConfig, View
 
@@ -129,11 +129,13 @@ def save_agent(
     arrays: dict[str, Any] = {"reference": make_features(setting).table}
     for k, (weight, bias) in enumerate(layers):
         arrays[f"weight{k}"], arrays[f"bias{k}"] = np.float32(weight), np.float32(bias)
-    with replacing(path / POLICY) as temporary, temporary.open("wb") as stream:
-        np.savez_compressed(stream, **arrays)
-    digest = hashlib.sha256((path / POLICY).read_bytes()).hexdigest()
-    whole = {**setting, "policy_sha256": digest}
-    write_text(path / SETTING, json.dumps(whole, indent=2) + "\n")
+    # Put in place together: a policy beside the setting of another cannot be used.
+    with replacing(path / SETTING) as setting_file, replacing(path / POLICY) as policy_file:
+        with policy_file.open("wb") as stream:
+            np.savez_compressed(stream, **arrays)
+        digest = hashlib.sha256(policy_file.read_bytes()).hexdigest()
+        whole = {**setting, "policy_sha256": digest}
+        setting_file.write_text(json.dumps(whole, indent=2) + "\n", encoding="utf-8")
 
 
 def names() -> list[str]:

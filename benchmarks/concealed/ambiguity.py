@@ -15,6 +15,7 @@ import shutil
 import subprocess
 from collections.abc import Mapping
 from pathlib import Path
+from threading import Event
 from typing import Annotated, Any
 
 import numpy as np
@@ -110,7 +111,7 @@ def settle(answer: Mapping[str, Any], before: Mapping[str, Any], case: Path, out
     make_folder(out)
     shutil.copytree(case, copy)
     add_recording(answer, before["next_experiment"]["command"], copy)
-    run = diagnose(TOOL, copy, out, _LIMIT)
+    run = diagnose(TOOL, copy, out, _LIMIT, Event())
     write_text(out / "run.json", json.dumps(run, indent=1) + "\n")
     shutil.rmtree(copy)
     if run["exit_status"]:

@@ -15,11 +15,14 @@ import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Event
 from typing import Annotated, Any
 
 import typer
 from rich.progress import track
 
+from drill_env._ending import end_tidily
+from drill_env._errors import InputError
 from drill_env._files import make_folder, write_text
 
 _OPTIONS = {"leave_out": "--leave-out", "start_friction": "--start-friction"}
@@ -39,7 +42,9 @@ def command(tool: tuple[str, ...], case: Path, out: Path) -> list[str]:
     return [*found, "--out", str(out)]
 
 
-def diagnose(tool: tuple[str, ...], case: Path, out: Path, limit: float) -> dict[str, Any]:
+def diagnose(
+    tool: tuple[str, ...], case: Path, out: Path, limit: float, stop: Event
+) -> dict[str, Any]:
     """Diagnose one case and say what it took.
 
     Args:
@@ -47,6 +52,7 @@ def diagnose(tool: tuple[str, ...], case: Path, out: Path, limit: float) -> dict
         case: folder of the case.
         out: where its report goes.
         limit: wall seconds after which it is given up.
+        stop: set where all shall end; the case is then given up.
     """
     environment = {**os.environ, **dict.fromkeys(_ONE_THREAD, "1")}
     with tempfile.TemporaryDirectory() as hidden:
@@ -58,7 +64,7 @@ def diagnose(tool: tuple[str, ...], case: Path, out: Path, limit: float) -> dict
                 command(tool, copy, out.resolve()), cwd=hidden, env=environment,
                 stdout=stream, stderr=subprocess.STDOUT,
             )  # fmt: skip
-            status, usage = _wait(process, began + limit)
+            status, usage = _wait(process, began + limit, stop)
         tail = log.read_text(encoding="utf-8", errors="replace")[-2000:]
     return {
         "exit_status": status, "cpu_s": usage.ru_utime + usage.ru_stime,
@@ -66,25 +72,41 @@ def diagnose(tool: tuple[str, ...], case: Path, out: Path, limit: float) -> dict
     }  # fmt: skip
 
 
-def _wait(process: subprocess.Popen[bytes], deadline: float) -> tuple[int, Any]:
+def _wait(process: subprocess.Popen[bytes], deadline: float, stop: Event) -> tuple[int, Any]:
     # wait4 alone tells the CPU of one child among several.
     while True:
         ended, status, usage = os.wait4(process.pid, os.WNOHANG)
         if ended:
             process.returncode = os.waitstatus_to_exitcode(status)
             return process.returncode, usage
-        if time.perf_counter() > deadline:
+        if stop.is_set() or time.perf_counter() > deadline:
             process.kill()
             deadline = float("inf")
         time.sleep(0.02)
 
 
-def _one(tool: tuple[str, ...], case: Path, out: Path, limit: float) -> None:
+def _one(tool: tuple[str, ...], case: Path, out: Path, limit: float, stop: Event) -> None:
     done = out / "run.json"
     if done.exists() and json.loads(done.read_text(encoding="utf-8"))["exit_status"] == 0:
         return
     make_folder(out)
-    write_text(done, json.dumps(diagnose(tool, case, out, limit), indent=1) + "\n")
+    found = diagnose(tool, case, out, limit, stop)
+    if not stop.is_set():
+        write_text(done, json.dumps(found, indent=1) + "\n")
+
+
+def _all(folders: list[Path], out: Path, jobs: int, limit: float) -> None:
+    stop = Event()
+    with ThreadPoolExecutor(jobs) as pool:
+        todo = [pool.submit(_one, TOOL, f, out / f.name, limit, stop) for f in folders]
+        try:
+            for job in track(todo, "cases", transient=True):
+                job.result()
+        except BaseException:
+            # The pool would first do all that is left.
+            stop.set()
+            pool.shutdown(cancel_futures=True)
+            raise
 
 
 def main(
@@ -95,12 +117,16 @@ def main(
     first: Annotated[int, typer.Option(help="Only so many; 0 for all.")] = 0,
 ) -> None:
     """Diagnose the cases that are not done yet."""
+    end_tidily()
     folders = sorted(cases.glob("case-*"))[: first or None]
-    make_folder(out)
-    with ThreadPoolExecutor(jobs) as pool:
-        todo = [pool.submit(_one, TOOL, f, out / f.name, limit) for f in folders]
-        for job in track(todo, "cases", transient=True):
-            job.result()
+    try:
+        _all(folders, make_folder(out), jobs, limit)
+    except InputError as error:
+        print(f"error: {error}", file=sys.stderr)
+        raise typer.Exit(2) from error
+    except KeyboardInterrupt:
+        print("interrupted; run again to go on", file=sys.stderr)
+        raise
     records = [json.loads((out / f.name / "run.json").read_text(encoding="utf-8")) for f in folders]
     failed = [f.name for f, r in zip(folders, records, strict=True) if r["exit_status"]]
     print(f"{len(folders)} cases, {len(failed)} failed{': ' if failed else ''}{', '.join(failed)}")

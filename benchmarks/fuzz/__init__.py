@@ -1,5 +1,5 @@
-"""Hostile input for every reader, and random rigs with random effects for the integrator.
+"""Hostile input for every reader, random rigs and environments, killed commands, odd places.
 
-`python -m benchmarks.fuzz`, see docs/security.md, and `python -m benchmarks.fuzz.rigs`, see
-docs/integrator.md.
+`python -m benchmarks.fuzz`, `.environments`, `.killed` and `.places`, see docs/security.md, and
+`python -m benchmarks.fuzz.rigs`, see docs/integrator.md.
 """

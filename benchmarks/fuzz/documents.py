@@ -1,18 +1,20 @@
-"""Harnesses of rig files, `[[effects]]`, estimates, options of environments and command lines."""
+"""Harnesses of rig files, `[[effects]]`, estimates, environments and command lines."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 import math
+import pickle
 from pathlib import Path
 from typing import Any
 
 from hypothesis import strategies as st
+from hypothesis.extra import numpy as npst
 
 from benchmarks.fuzz.inputs import HOSTILE, mutated, numbers, values
 from benchmarks.fuzz.judge import Harness
-from drill_env import Rig
+from drill_env import InputError, Rig
 from drill_env.effects import LIBRARY
 from drill_env.effects.declared import declared
 from drill_env.environment.config import EnvConfig
@@ -174,6 +176,26 @@ def reset(folder: Path, given: dict[Any, Any]) -> None:
 
 
 RESET = Harness("reset", options(USUAL_RESET, RESETS), reset, prepare=make)
+
+ACTIONS = st.one_of(
+    values, numbers, st.lists(numbers, max_size=2),
+    npst.arrays(npst.scalar_dtypes(), npst.array_shapes(min_dims=0, max_dims=3, max_side=2)),
+)  # fmt: skip
+
+
+def act(folder: Path, given: Any) -> None:
+    """An action; where it is refused, the environment is as before."""
+    env = _ENV[0]
+    before = pickle.dumps(env)
+    try:
+        observation, reward, *_ = env.step(given)
+    except InputError:
+        assert pickle.dumps(env) == before
+        raise
+    assert math.isfinite(reward) and all(map(math.isfinite, observation.tolist()))
+
+
+ACTION = Harness("action", ACTIONS, act, prepare=make)
 
 PIECES = st.one_of(
     st.sampled_from("t|u|=|:|ms|steps| --rate | --seed | --dwell |1|-".split("|")),

@@ -7,6 +7,7 @@ HARNESSES = {
     for harness in (
         recorded.CSV, recorded.GZIP, recorded.PARQUET, recorded.MAT, recorded.FOLDER,
         documents.RIG, documents.EFFECTS, documents.ESTIMATE, documents.CONFIG, documents.RESET,
+        documents.ACTION,
         documents.LINES, trained.POLICY, trained.CHECKPOINT,
     )
 }  # fmt: skip

@@ -7,12 +7,9 @@ seconds, and motions that do not obey the rig's laws, see `judge`.
 from __future__ import annotations
 
 import json
-import multiprocessing
 import time
-import warnings
 from collections import Counter
 from collections.abc import Iterator
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -22,6 +19,7 @@ from rich.progress import track
 
 from benchmarks.fuzz.balance import judge
 from benchmarks.fuzz.draws import Case, draw_case
+from benchmarks.fuzz.forked import forked
 from drill_env.effects import LIBRARY
 from drill_env.integrator import simulate
 
@@ -56,26 +54,9 @@ def verdict(case: Case) -> dict[str, Any]:
     return {"fault": fault or ("held" if not found.held <= OPEN else ""), **known}
 
 
-def _answer(case: Case, end: Connection) -> None:
-    warnings.simplefilter("ignore")
-    end.send(verdict(case))
-    end.close()
-
-
 def judged(case: Case) -> dict[str, Any]:
     """`verdict` in a process of its own, which is ended where it hangs."""
-    context = multiprocessing.get_context("fork")
-    here, there = context.Pipe(duplex=False)
-    worker = context.Process(target=_answer, args=(case, there))
-    worker.start()
-    there.close()
-    try:
-        found = here.recv() if here.poll(DEAD) else {"fault": "hang", "detail": "given up"}
-    except EOFError:
-        found = {"fault": "crash"}
-    worker.kill()
-    worker.join()
-    return found
+    return forked(lambda: verdict(case), DEAD)
 
 
 def described(case: Case, found: dict[str, Any]) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import hashlib
 import json
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,7 +14,9 @@ from pathlib import Path
 import joblib
 import numpy as np
 import pandas as pd
+from joblib.externals.loky import get_reusable_executor
 
+from drill_env._ending import end_with
 from drill_env._errors import InputError
 from drill_env._files import make_folder, replacing
 from drill_env._types import BoolArray, FloatArray
@@ -190,7 +193,8 @@ def cell_file(cell: Cell, protocol: Protocol, folder: Path) -> Path:
     return folder / f"{cell.contestant.name}_{cell.level}_{cell.start}_{key}.parquet"
 
 
-def _run_and_keep(cell: Cell, protocol: Protocol, path: Path) -> None:
+def _run_and_keep(cell: Cell, protocol: Protocol, path: Path, parent: int) -> None:
+    end_with(parent)
     table, traces = run_cell(cell, protocol)
     with replacing(path.with_suffix(".npz")) as temporary, temporary.open("wb") as stream:
         np.savez_compressed(stream, traces=traces.astype(np.float32))
@@ -231,8 +235,13 @@ def run_protocol(
     done, tell = len(files) - len(wanted), progress or (lambda done, total: None)
     tell(done, len(files))
     workers = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered")
-    tasks = (joblib.delayed(_run_and_keep)(cell, protocol, files[cell]) for cell in wanted)
+    tasks = (
+        joblib.delayed(_run_and_keep)(cell, protocol, files[cell], os.getpid()) for cell in wanted
+    )
     for _ in workers(tasks):
         done += 1
         tell(done, len(files))
+    if wanted and jobs > 1:
+        # At the exit of Python, an interrupt could no longer be answered.
+        get_reusable_executor().shutdown()
     return files

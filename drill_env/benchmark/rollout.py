@@ -109,4 +109,5 @@ def _reset_all(
                 "rig": rig, "delay_s": delay, "setpoint": setpoint,
                 "phase": (i + j) % PHASES / PHASES,
             }  # fmt: skip
-            core.reset(i * len(setpoints) + j, np.random.default_rng([seed, i, j]), options)
+            row, rng = i * len(setpoints) + j, np.random.default_rng([seed, i, j])
+            core.reset(row, rng, core.checked(options))

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from drill_env import __version__, _compiling
+from drill_env._ending import end_tidily
 from drill_env._errors import InputError, printable
 from drill_env.cli import recording_commands
 from drill_env.cli._common import SeveralHoldouts
@@ -24,6 +25,7 @@ from drill_env.cli.rig_commands import rig_app
 from drill_env.cli.signal_command import signal_command
 from drill_env.cli.simulate_command import simulate_command
 
+_INTERRUPTED = 130
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 app = typer.Typer(
@@ -71,8 +73,12 @@ def run() -> None:
     if isinstance(sys.stdout, io.TextIOWrapper):
         # A path that is no UTF-8 is shown by its bytes.
         sys.stdout.reconfigure(errors="backslashreplace")
+    end_tidily()
     try:
         status = app(standalone_mode=False) or 0
+        if status == _INTERRUPTED:
+            # Typer keeps the interrupt itself.
+            raise KeyboardInterrupt
         # A full disk shows here and not when the interpreter has gone.
         sys.stdout.flush()
         sys.exit(status)
@@ -81,7 +87,7 @@ def run() -> None:
         sys.exit(2)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
-        sys.exit(130)
+        sys.exit(_INTERRUPTED)
     except BrokenPipeError:
         # The reader has had enough (`| head`): not an error, and nothing left to flush.
         sys.stderr.close()

@@ -76,8 +76,9 @@ def reading_errors(rig: Rig, motion: Motion) -> FloatArray:
     Raises:
         InputError: an effect of the rig is wrong.
     """
-    out = np.zeros((len(motion.t), 2))
-    for entry in declared(rig).entries:
+    # Kept while its entries are read: they hold addresses of its tables.
+    out, effects = np.zeros((len(motion.t), 2)), declared(rig)
+    for entry in effects.entries:
         if entry["senses"]:
             signal, ports, z = _scratch()
             found = np.zeros_like(out)

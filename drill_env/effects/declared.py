@@ -40,7 +40,8 @@ class Declared:
     """Effects as the compiled code reads them.
 
     Attributes:
-        entries: records of `ENTRY`, which hold addresses of this process; shape (n,).
+        entries: records of `ENTRY`, which hold addresses of this process; shape (n,). Whoever
+            hands them on must keep this object as long.
         tables: what some of the addresses point to.
         order: place of each entry among the rig's effects.
     """

@@ -8,10 +8,11 @@ from drill_env._jit import entry, kernel
 from drill_env._types import FloatArray, IntArray
 from drill_env.effects.readings import errors_in
 from drill_env.effects.signal import RESTING
-from drill_env.environment._kernel import end_period, fill_reward, follow_schedule
+from drill_env.environment._kernel import end_period, fill_reward, fill_torques, follow_schedule
 from drill_env.environment._sensing import fill_observation, start_sensors
 from drill_env.integrator.acting import rates_now
 from drill_env.integrator.advance import DONE, LOG_FULL, advance
+from drill_env.integrator.modes import start_mode
 from drill_env.integrator.records import MOST_INNER, N_STATE
 from drill_env.integrator.signatures import call_change
 
@@ -103,6 +104,7 @@ def read_sample(i, j, row, extension, setting, out):
 def fill_own_torques(row, work, tab):
     """Friction torques (Nm) of the rig's own laws, those that hold where a disc rests."""
     if work.acting == 0:
+        fill_torques(row)
         return
     s, mode = work.signal, row.run.mode
     if work.restless or not work.has_rates or mode[0] != 0 or mode[1] != 0:
@@ -144,7 +146,11 @@ def start_extended(i, rows, setting, tab, buffers, extension):
         x.volts[i, k] = before
     work.start, work.end, work.coefficients, work.late = 0.0, 1.0, 1, 1
     work.piece[0], work.past[0] = row.voltage, before
-    call_change(x.begin, row.p, run, work, tab, _ALL, row.voltage)
+    if work.acting == 0:
+        # Effects of the sensors alone: nothing of theirs is in the equations of motion.
+        start_mode(row.p, run, row.voltage)
+    else:
+        call_change(x.begin, row.p, run, work, tab, _ALL, row.voltage)
     ring = x.past[i]
     for k in range(ring.shape[0]):
         for a in range(x.per):

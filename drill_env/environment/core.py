@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from drill_env._checks import real
+from drill_env._checks import real_array
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.effects.declared import declared
+from drill_env.effects.declared import Declared, declared
 from drill_env.environment import targets
 from drill_env.environment._extended import Extension, start_extended, step_extended
 from drill_env.environment._kernel import start_row, step_rows
@@ -25,17 +24,17 @@ from drill_env.environment._records import (
     Rows,
     new_buffers,
 )
+from drill_env.environment._reset_options import ResetOptions, checked_reset
 from drill_env.environment._starts import place
 from drill_env.environment.config import SPEED_BOUND, TWIST_BOUND, EnvConfig
 from drill_env.friction import kernel_record
 from drill_env.friction.kernels import fill_clamp
 from drill_env.integrator.tableau import tableau
-from drill_env.parameters import Rig, uncertainty
+from drill_env.parameters import uncertainty
 from drill_env.parameters.uncertainty import perturb_record
 
 _NEVER = -1
 _NOISE_ROWS = 128
-_RESET_KEYS = {"setpoint", "schedule", "start", "state", "phase", "rig", "delay_s", "friction_step"}
 
 
 class EnvCore:
@@ -52,40 +51,48 @@ class EnvCore:
         self.nominal = kernel_record(config.rig)
         self.spread = uncertainty(config.uncertainty)
         self.low, self.high = self._bounds()
-        slots = max(1, len(config.schedule))
-        ring = round(self._largest_delay() * config.encoder.rate_hz) + 1
-        noisy = _NOISE_ROWS if config.encoder.is_random else 0
-        self.rows = Rows(
-            row=np.zeros(n, dtype=ROW),
-            ring=np.zeros((n, ring, 2)),
-            schedule_steps=np.full((n, slots), _NEVER, dtype=np.int64),
-            schedule_values=np.zeros((n, slots)),
-            noise=np.zeros((n, noisy, config.samples, 4)),
-            observation=np.zeros((n, len(self.low)), dtype=np.float32),
-        )
+        self.rows = self._rows()
         self.row = self.rows.row
         self.setting = self._setting()
         self.buffers = new_buffers(config.samples, config.control_period, config.rtol)
         self.settling = new_buffers(1, config.control_period, 1e-7)
-        self.acts = False
-        self.extension: Extension | None = None
-        self._extend()
+        self.effects, self.extension = self._extended()
         self.nobody = np.zeros(n, dtype=np.bool_)
         self._rngs: dict[int, np.random.Generator] = {}
+
+    def _rows(self) -> Rows:
+        n, encoder = self.n, self.config.encoder
+        slots = max(1, len(self.config.schedule))
+        ring = round(self._largest_delay() * encoder.rate_hz) + 1
+        noisy = _NOISE_ROWS if encoder.is_random else 0
+        try:
+            return Rows(
+                row=np.zeros(n, dtype=ROW),
+                ring=np.zeros((n, ring, 2)),
+                schedule_steps=np.full((n, slots), _NEVER, dtype=np.int64),
+                schedule_values=np.zeros((n, slots)),
+                noise=np.zeros((n, noisy, self.config.samples, 4)),
+                observation=np.zeros((n, len(self.low)), dtype=np.float32),
+            )
+        except (MemoryError, OverflowError, ValueError) as error:
+            raise InputError(
+                f"num_envs is {n}: so many do not fit into the memory; give fewer, or a shorter "
+                "history, delay or schedule"
+            ) from error
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self.row, kept = self.rows.row, self.extension
         # Addresses mean nothing in another process or to a copy.
-        self._extend()
+        self.effects, self.extension = self._extended()
         if kept is not None and self.extension is not None:
             self.extension.volts[:], self.extension.past[:] = kept.volts, kept.past
 
-    def _extend(self) -> None:
+    def _extended(self) -> tuple[Declared, Extension | None]:
         effects = declared(self.config.rig)
-        self.acts, self.extension = effects.acts, None
-        if self.config.rig.effects:
-            self.extension = lay_out(self.config, self.n, effects, self.buffers)
+        if not self.config.rig.effects:
+            return effects, None
+        return effects, lay_out(self.config, self.n, effects, self.buffers)
 
     def _largest_delay(self) -> float:
         return self.config.encoder.delay_s + max(self.spread.delay_s, 0.2)
@@ -122,12 +129,24 @@ class EnvCore:
         limit = 1.0 if self.config.action == "normalized" else self.config.voltage_limit
         return spaces.Box(-limit, limit, (1,), dtype=np.float32)
 
-    def volts(self, actions: NDArray[Any]) -> FloatArray:
-        """Voltages (V) that actions of any float type stand for."""
-        scale = self.config.voltage_limit if self.config.action == "normalized" else 1.0
-        volts = np.asarray(actions, dtype=np.float64).reshape(-1) * scale
-        if not np.isfinite(volts).all():
-            raise InputError("action holds NaN or infinity: give finite voltages")
+    def volts(self, action: Any) -> FloatArray:
+        """Voltages (V) that an action stands for, shape (n,).
+
+        Args:
+            action: real numbers of any type, shape (n, 1) or (n,); those beyond the limit are
+                clipped by `step`.
+
+        Raises:
+            InputError: the shape is another, or an entry is no finite real number.
+        """
+        values = real_array(action, "action")
+        if values.shape not in ((self.n, 1), (self.n,)) and (values.ndim, self.n) != (0, 1):
+            wanted = f"{self.n} voltages, shape ({self.n}, 1)" if self.n > 1 else "shape (1,)"
+            raise InputError(f"action has shape {values.shape}: give {wanted}")
+        volts = values.reshape(-1)
+        if self.config.action == "normalized":
+            # Clipped first: the largest floats would overflow.
+            volts = np.clip(volts, -1.0, 1.0) * self.config.voltage_limit
         return volts
 
     def step(self, volts: FloatArray, skip: NDArray[np.bool_] | None = None) -> None:
@@ -136,7 +155,7 @@ class EnvCore:
             for i in np.flatnonzero(self.row["noise_row"] >= _NOISE_ROWS):
                 self._draw_noise(int(i))
         skip = self.nobody if skip is None else skip
-        pair = tableau(self.config.method, effects=self.acts)[0]
+        pair = tableau(self.config.method, effects=self.effects.acts)[0]
         plain = (0, self.n, skip, volts, self.rows, self.setting[0], pair, self.buffers)
         if self.extension is None:
             failed = step_rows(*plain)
@@ -151,21 +170,23 @@ class EnvCore:
 
     # -- resets ------------------------------------------------------------------
 
-    def reset(self, i: int, rng: np.random.Generator, options: Mapping[str, Any] | None) -> None:
+    def checked(self, options: Any) -> ResetOptions:
+        """Options of a reset, checked; nothing is changed yet.
+
+        Raises:
+            InputError: an option is unknown or out of range.
+        """
+        longest = self.rows.schedule_steps.shape[1]
+        return checked_reset(options, self.config, longest, self._largest_delay())
+
+    def reset(self, i: int, rng: np.random.Generator, options: ResetOptions) -> None:
         """Start a new episode in row `i`.
 
         Args:
             i: row.
             rng: the row's generator; every reset draws the same count of numbers.
-            options: see `DrillStringEnv.reset`.
-
-        Raises:
-            InputError: an option is unknown or out of range.
+            options: from `checked`.
         """
-        options = options or {}
-        unknown = sorted(set(options) - _RESET_KEYS)
-        if unknown:
-            raise InputError(f"unknown reset option {unknown[0]}; known: {sorted(_RESET_KEYS)}")
         self._rngs[i] = rng
         uniforms = rng.random(16)
         row = self.row[i]
@@ -182,62 +203,38 @@ class EnvCore:
         if self.extension is None:
             start_row(i, self.rows, self.setting[0])
         else:
-            pair = tableau(self.config.method, effects=self.acts)[0]
+            pair = tableau(self.config.method, effects=self.effects.acts)[0]
             start_extended(i, self.rows, self.setting[0], pair, self.buffers, self.extension)
 
-    def _draw_plant(self, row: Any, uniforms: FloatArray, options: Mapping[str, Any]) -> float:
+    def _draw_plant(self, row: Any, uniforms: FloatArray, options: ResetOptions) -> float:
         factors = self.spread.draw(uniforms)
-        rig = options.get("rig")
-        if rig is None:
+        if options.rig is None:
             row["p"] = self.nominal[0]
             perturb_record(row["p"], factors)
             if self.config.rig.clamp:
                 fill_clamp(row["p"])
-        elif isinstance(rig, Rig):
-            if rig.effects != self.config.rig.effects:
-                raise InputError(
-                    "reset option rig: its [[effects]] differ from those the environment was made "
-                    "with; pass it to gym.make instead"
-                )
-            row["p"] = kernel_record(rig)[0]
         else:
-            raise InputError("reset option rig must be a drill_env.Rig")
-        delay = options.get("delay_s", self.config.encoder.delay_s + factors[7])
-        delay = real(delay, "reset option delay_s")
-        if not 0 <= delay <= self._largest_delay():
-            raise InputError(f"delay_s is {delay}: give 0 to {self._largest_delay():g} s")
-        return delay
+            row["p"] = kernel_record(options.rig)[0]
+        drawn = self.config.encoder.delay_s + float(factors[7])
+        return drawn if options.delay_s is None else options.delay_s
 
-    def _set_targets(self, i: int, uniform: float, options: Mapping[str, Any]) -> float:
-        config = self.config
-        low, high = config.setpoint_range
-        setpoint = low + (high - low) * uniform
-        if config.setpoint is not None:
-            setpoint = config.setpoint
-        setpoint = targets.check_setpoint(options.get("setpoint", setpoint))
-        schedule = targets.checked_schedule(options.get("schedule", config.schedule))
+    def _set_targets(self, i: int, uniform: float, options: ResetOptions) -> float:
+        low, high = self.config.setpoint_range
+        setpoint = low + (high - low) * uniform if options.setpoint is None else options.setpoint
         steps, values = self.rows.schedule_steps, self.rows.schedule_values
-        if len(schedule) > steps.shape[1]:
-            raise InputError(
-                f"schedule has {len(schedule)} entries; this environment was made for "
-                f"{steps.shape[1]}: pass the longest schedule to gym.make"
-            )
         steps[i] = _NEVER
-        for k, (time, value) in enumerate(schedule):
-            steps[i, k] = round(time / config.control_period)
+        for k, (time, value) in enumerate(options.schedule):
+            steps[i, k] = round(time / self.config.control_period)
             values[i, k] = value
             setpoint = values[i, k] if steps[i, k] == 0 else setpoint
         self.row[i]["setpoint"] = setpoint
         return float(setpoint)
 
-    def _set_friction_step(
-        self, row: Any, uniforms: FloatArray, options: Mapping[str, Any]
-    ) -> None:
-        span = options.get("friction_step", self.config.friction_step)
+    def _set_friction_step(self, row: Any, uniforms: FloatArray, options: ResetOptions) -> None:
         row["friction_step"] = _NEVER
-        if span is None:
+        if options.friction_step is None:
             return
-        (early, late), (low, high) = targets.checked_friction_step(span)
+        (early, late), (low, high) = options.friction_step
         time = early + (late - early) * uniforms[0]
         row["friction_step"] = round(time / self.config.control_period)
         row["friction_factor"] = low + (high - low) * uniforms[1]

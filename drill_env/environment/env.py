@@ -8,6 +8,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from drill_env._checks import whole
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.environment._info import one_info
@@ -65,6 +66,10 @@ class DrillStringEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._renderer: Renderer | None = None
         self._started = False
 
+    def __getstate__(self) -> dict[str, Any]:
+        # Pictures belong to a process: a copy draws its own, its traces begin anew.
+        return {**self.__dict__, "_renderer": None}
+
     @property
     def rig(self) -> Rig:
         """The nominal rig."""
@@ -85,9 +90,14 @@ class DrillStringEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             options: any of ``setpoint`` (rad/s), ``schedule`` ((time, set point) pairs),
                 ``start``, ``state`` (twist, omega_u, omega_l[, theta_l]), ``phase`` of the
                 limit cycle (0 to 1), ``rig``, ``delay_s``, ``friction_step``.
+
+        Raises:
+            InputError: an option is unknown or out of range, or the seed is no whole number from
+                0 on; the episode and the generator are as before.
         """
-        super().reset(seed=seed)
-        self._core.reset(0, self.np_random, options)
+        checked = self._core.checked(options)
+        super().reset(seed=None if seed is None else whole(seed, "seed", 0))
+        self._core.reset(0, self.np_random, checked)
         self._started = True
         if self._renderer is not None:
             self._renderer.reset()
@@ -98,7 +108,14 @@ class DrillStringEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     def step(
         self, action: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Hold the voltage for one control period."""
+        """Hold the voltage for one control period.
+
+        After the end of the episode the rig goes on, and every step is truncated again.
+
+        Raises:
+            InputError: `reset` was not called, or the action is not one finite real number; the
+                state is as before.
+        """
         if not self._started:
             raise InputError("call reset() before step()")
         core = self._core

@@ -40,7 +40,7 @@ class DrillStringVecEnv(VecEnv):
     def reset(self) -> NDArray[np.float32]:
         """Start an episode in every environment, with the seeds set before."""
         seeds = None if all(s is None for s in self._seeds) else self._seeds
-        observation, _ = self.env.reset(seed=seeds, options=self._options[0] or None)
+        observation, _ = self.env.reset_each(seeds, self._options)
         self._reset_seeds()
         self._reset_options()
         self._returns[:] = 0.0
@@ -49,7 +49,7 @@ class DrillStringVecEnv(VecEnv):
 
     def step_async(self, actions: NDArray[np.float32]) -> None:
         """Keep the actions for `step_wait`."""
-        self._actions = np.asarray(actions)
+        self._actions = actions
 
     def step_wait(
         self,

@@ -127,8 +127,13 @@ def _read(file: Path, entry: RecordingSettings) -> Recording:
     return recording
 
 
+def _shown(path: Path) -> bool:
+    """Whether it is a file that is not hidden: a program that was killed may leave such."""
+    return path.is_file() and not path.name.startswith(".")
+
+
 def _from_names(folder: Path) -> dict[Path, RecordingSettings]:
-    files = sorted(f for f in folder.iterdir() if f.name.lower().endswith(_KINDS) and f.is_file())
+    files = sorted(f for f in folder.iterdir() if f.name.lower().endswith(_KINDS) and _shown(f))
     if not files:
         raise InputError(
             f"{folder}: no recordings ({', '.join(_KINDS)}) and no {MANIFEST}; "
@@ -188,7 +193,7 @@ def _files(where: str, folder: Path, pattern: Any) -> list[Path]:
         raise InputError(f"{where}: file {pattern} is absolute; give it relative to the manifest")
     plain = folder / pattern
     try:
-        files = [plain] if plain.is_file() else [f for f in folder.glob(pattern) if f.is_file()]
+        files = [plain] if plain.is_file() else [f for f in folder.glob(pattern) if _shown(f)]
     except (OSError, ValueError, NotImplementedError) as error:
         raise InputError(f"{where}: file {pattern!r} is no name or pattern ({error})") from error
     files = sorted(_inside(where, folder, f) for f in files)

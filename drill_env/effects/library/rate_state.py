@@ -13,7 +13,9 @@ _AT_REST = 0.05
 def rate_state(p, e, s, out):
     """-sign(omega_l) torque ln((1 + sharp psi)/(1 + sharp psi_s)), dpsi/dt = 1 - psi/psi_s."""
     # The steady part is a function of speed alone, which the brake's law has already.
-    rest = e.q[1] / (s.speed_l + _AT_REST * e.q[2])
+    # A step that passes rest looks beyond it, where the speed along the contact is negative.
+    speed = s.speed_l if s.speed_l.real >= 0.0 else -s.speed_l
+    rest = e.q[1] / (speed + _AT_REST * e.q[2])
     if s.first:
         e.z[0] = rest
     sharp = e.q[2] / e.q[1]
