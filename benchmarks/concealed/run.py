@@ -6,6 +6,7 @@ again; each leaves `run.json` with its exit status, CPU and wall seconds.
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import shutil
@@ -13,14 +14,22 @@ import subprocess
 import sys
 import tempfile
 import time
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.progress import track
 
+from drill_env._engine import run
 from drill_env._files import make_folder, write_text
+from drill_env.cli._engine_options import (
+    AddressOption,
+    EngineKind,
+    EngineOption,
+    JobsOption,
+    counted,
+    engine_of,
+)
 
 _OPTIONS = {"leave_out": "--leave-out", "start_friction": "--start-friction"}
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -79,28 +88,31 @@ def _wait(process: subprocess.Popen[bytes], deadline: float) -> tuple[int, Any]:
         time.sleep(0.02)
 
 
-def _one(tool: tuple[str, ...], case: Path, out: Path, limit: float) -> None:
+def _one(out: Path, limit: float, case: Path) -> None:
+    out = out / case.name
     done = out / "run.json"
     if done.exists() and json.loads(done.read_text(encoding="utf-8"))["exit_status"] == 0:
         return
     make_folder(out)
-    write_text(done, json.dumps(diagnose(tool, case, out, limit), indent=1) + "\n")
+    write_text(done, json.dumps(diagnose(TOOL, case, out, limit), indent=1) + "\n")
 
 
 def main(
     cases: Annotated[Path, typer.Option(help="Folder of the cases.")],
     out: Annotated[Path, typer.Option(help="Folder of the reports.")],
-    jobs: Annotated[int, typer.Option(help="Cases at a time.")] = 1,
+    jobs: JobsOption = 1,
+    engine: EngineOption = EngineKind.LOCAL,
+    address: AddressOption = None,
     limit: Annotated[float, typer.Option(help="Wall seconds a case.")] = 600.0,
     first: Annotated[int, typer.Option(help="Only so many; 0 for all.")] = 0,
 ) -> None:
     """Diagnose the cases that are not done yet."""
     folders = sorted(cases.glob("case-*"))[: first or None]
     make_folder(out)
-    with ThreadPoolExecutor(jobs) as pool:
-        todo = [pool.submit(_one, TOOL, f, out / f.name, limit) for f in folders]
-        for job in track(todo, "cases", transient=True):
-            job.result()
+    once = functools.partial(_one, out.resolve(), limit)
+    runs_at = engine_of(jobs, engine, address)
+    with counted("cases") as watch:
+        deque(run(once, [f.resolve() for f in folders], runs_at, progress=watch), 0)
     records = [json.loads((out / f.name / "run.json").read_text(encoding="utf-8")) for f in folders]
     failed = [f.name for f, r in zip(folders, records, strict=True) if r["exit_status"]]
     print(f"{len(folders)} cases, {len(failed)} failed{': ' if failed else ''}{', '.join(failed)}")

@@ -6,14 +6,15 @@ import dataclasses
 import functools
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import joblib
 import numpy as np
 import pandas as pd
 
+from drill_env._engine import SERIAL, Engine, Progress, run
 from drill_env._errors import InputError
 from drill_env._files import make_folder, replacing
 from drill_env._types import BoolArray, FloatArray
@@ -38,8 +39,6 @@ _PHYSICS = (
     "drill_env/integrator", "drill_env/sensors", "drill_env/environment",
 )  # fmt: skip
 _OWN = ("rollout.py", "measures.py", "plants.py", "protocol.py")
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,8 +189,7 @@ def cell_file(cell: Cell, protocol: Protocol, folder: Path) -> Path:
     return folder / f"{cell.contestant.name}_{cell.level}_{cell.start}_{key}.parquet"
 
 
-def _run_and_keep(cell: Cell, protocol: Protocol, path: Path) -> None:
-    table, traces = run_cell(cell, protocol)
+def _keep(table: pd.DataFrame, traces: FloatArray, path: Path) -> None:
     with replacing(path.with_suffix(".npz")) as temporary, temporary.open("wb") as stream:
         np.savez_compressed(stream, traces=traces.astype(np.float32))
     # Last, since the table's presence says that the cell is done.
@@ -204,7 +202,7 @@ def run_protocol(
     protocol: Protocol,
     out: Path,
     *,
-    jobs: int = 2,
+    engine: Engine = SERIAL,
     progress: Progress | None = None,
 ) -> dict[Cell, Path]:
     """Run every cell that is not there yet, in parallel; can be interrupted and resumed.
@@ -213,7 +211,7 @@ def run_protocol(
         contestants: their names must differ.
         protocol: see `Protocol`.
         out: folder; results go to its subfolder ``cells``, one table a cell.
-        jobs: processes.
+        engine: where they run; this process alone writes.
         progress: called with (done, total).
 
     Returns:
@@ -229,10 +227,12 @@ def run_protocol(
     files = {cell: cell_file(cell, protocol, folder) for cell in cells_of(contestants, protocol)}
     wanted = [cell for cell, path in files.items() if not path.is_file()]
     done, tell = len(files) - len(wanted), progress or (lambda done, total: None)
-    tell(done, len(files))
-    workers = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered")
-    tasks = (joblib.delayed(_run_and_keep)(cell, protocol, files[cell]) for cell in wanted)
-    for _ in workers(tasks):
-        done += 1
-        tell(done, len(files))
+    runs = run(
+        functools.partial(run_cell, protocol=protocol), wanted, engine,
+        name=lambda cell: f"{cell.contestant.name}, {cell.level}, {cell.start}",
+        progress=lambda now, _: tell(done + now, len(files)),
+    )  # fmt: skip
+    with closing(runs):
+        for cell, (table, traces) in zip(wanted, runs, strict=True):
+            _keep(table, traces, files[cell])
     return files

@@ -49,7 +49,7 @@ class SeveralHoldouts(TyperCommand):
         return super().parse_args(ctx, spread)
 
 
-_SILENT = 10.0
+SILENT = 10.0
 """Seconds after which a log gets a line."""
 
 
@@ -89,7 +89,7 @@ def stages(bar: Progress) -> Callable[[str], None]:
     def tell_stage(text: str) -> None:
         nonlocal last
         bar.update(task, description=text)
-        if bar.disable and time.monotonic() - last > _SILENT:
+        if bar.disable and time.monotonic() - last > SILENT:
             tell(f"{text} ...")
             last = time.monotonic()
 
