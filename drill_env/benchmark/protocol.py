@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from drill_env._code import digest_of_code
 from drill_env._engine import SERIAL, Engine, Progress, run
 from drill_env._errors import InputError
 from drill_env._files import make_folder, replacing
@@ -34,11 +35,10 @@ EXTENDED_LIMIT = 15.0
 """The extended set spans Hopf D (13.18 V) and the fold (14.17 V) of the open loop."""
 
 TRACE_EVERY = 8
-_PHYSICS = (
-    "baselines", "drill_env/parameters", "drill_env/friction", "drill_env/dynamics",
-    "drill_env/integrator", "drill_env/sensors", "drill_env/environment",
+_CODE = (
+    "baselines", "parameters", "friction", "dynamics", "integrator", "sensors", "environment",
+    "benchmark/rollout.py", "benchmark/measures.py", "benchmark/plants.py", "benchmark/protocol.py",
 )  # fmt: skip
-_OWN = ("rollout.py", "measures.py", "plants.py", "protocol.py")
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,30 +161,21 @@ def _reachable(plants: Plants, setpoints: FloatArray, config: EnvConfig) -> Bool
     return np.concatenate(volts) <= config.voltage_limit
 
 
-@functools.cache
-def _code() -> str:
-    """Hash of all code that a run depends on."""
-    from drill_env import baselines
-
-    package = Path(__file__).resolve().parents[1]
-    folders = {"baselines": Path(baselines.__file__).parent}
-    digest = hashlib.sha256(PLANTS_SHA256.encode())
-    for name in _PHYSICS:
-        folder = folders.get(name, package / name.rpartition("/")[2])
-        for path in sorted((*folder.glob("*.py"), *folder.glob("*.json"))):
-            digest.update(path.read_bytes())
-    for name in _OWN:
-        digest.update((package / "benchmark" / name).read_bytes())
-    return digest.hexdigest()
-
-
 def cell_file(cell: Cell, protocol: Protocol, folder: Path) -> Path:
     """Where the results of a cell are kept; the name changes with all they depend on."""
     told = {
         key: getattr(protocol, key)
         for key in ("setpoints", "plants", "seconds", "window_s", "seed")
     }
-    whole = json.dumps([told, repr(protocol.config), cell.contestant.identity, _code()])
+    whole = json.dumps(
+        [
+            told,
+            repr(protocol.config),
+            cell.contestant.identity,
+            PLANTS_SHA256,
+            digest_of_code(*_CODE),
+        ]
+    )
     key = hashlib.sha256(whole.encode()).hexdigest()[:12]
     return folder / f"{cell.contestant.name}_{cell.level}_{cell.start}_{key}.parquet"
 
