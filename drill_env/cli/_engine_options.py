@@ -60,7 +60,7 @@ def counted(text: str) -> Iterator[Callable[[int, int], None]]:
             now = time.monotonic()
             first = done if first is None else first
             bar.update(task, completed=done, total=total)
-            if bar.disable and done > first and now - last > SILENT:
+            if bar.disable and first < done < total and now - last > SILENT:
                 left = (now - began) / (done - first) * (total - done)
                 tell(f"{text}: {done} of {total}, {duration(left)} left ...")
                 last = now

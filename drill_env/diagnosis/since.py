@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
 
+from threadpoolctl import threadpool_limits
+
+from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.diagnose import Diagnosis
 from drill_env.diagnosis.evidence import log_density
 from drill_env.diagnosis.slips import Slips
 from drill_env.diagnosis.strikes import Once
+from drill_env.identification.readings import made_of_twist
+from drill_env.identification.samples import prepare
 from drill_env.prediction.criteria import Criteria
+from drill_env.recordings import Recording
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,16 +32,19 @@ class Since:
     last_without: date | None
 
 
-def since(found: Diagnosis, dates: Mapping[str, date | None]) -> Since | None:
+def since(
+    found: Diagnosis, dates: Mapping[str, date | None], older: Sequence[Recording] = ()
+) -> Since | None:
     """Since when what was found is there.
 
     Each recording is predicted by the final fit with and without what was found, rig and noise the
-    same. Found in a mixture, an effect is told smaller than it is, yet larger than nothing: where
-    it acts it predicts better, elsewhere worse.
+    same: where it acts, the fit with it predicts better, elsewhere worse. A fit to recordings of
+    which some have it and others have not would tell it too small, or find no name for it.
 
     Args:
-        found: a diagnosis.
+        found: the diagnosis of the newest recordings.
         dates: of recordings, by their source.
+        older: recordings that were not part of it.
 
     Returns:
         None where it cannot be told: nothing was found, what was found happened once, there are
@@ -45,12 +54,17 @@ def since(found: Diagnosis, dates: Mapping[str, date | None]) -> Since | None:
     if not fit.terms or any(isinstance(t.source, (Slips, Once)) for t in fit.terms):
         return None
     without = replace(fit, terms=())
-    gains: dict[date, float] = {}
-    for samples in (*setting.samples, *found.held):
-        day = dates.get(samples.recording.source)
-        if day is not None:
-            pair = (log_density(samples, setting, f, criteria) for f in (fit, without))
-            gains[day] = gains.get(day, 0.0) + next(pair) - next(pair)
+    release = setting.samples[0].release
+    relative = made_of_twist([s.recording for s in setting.samples])
+    with threadpool_limits(1):
+        asked = [prepare(r, found.start, relative=relative) for r in older]
+        asked = cleaned([replace(s, release=release) for s in asked], setting.jitter)
+        gains: dict[date, float] = {}
+        for samples in (*asked, *setting.samples, *found.held):
+            day = dates.get(samples.recording.source)
+            if day is not None:
+                pair = (log_density(samples, setting, f, criteria) for f in (fit, without))
+                gains[day] = gains.get(day, 0.0) + next(pair) - next(pair)
     return onset(gains, criteria.evidence)
 
 

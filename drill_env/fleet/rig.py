@@ -62,8 +62,9 @@ def diagnose_rig(task: RigTask, settings: FleetSettings) -> RigAnswer | None:
         recordings = read_folder(task.folder)
         _look_over(recordings, task.folder, rig if path.is_file() else None)
         options = replace(settings.options, given_rig=path.is_file())
-        found = diagnose(recordings.fit, rig, recordings.holdout, options=options)
-        row = row_of(found.result, _since(found, recordings))
+        newest = newest_of(recordings)
+        found = diagnose(newest.fit, rig, newest.holdout, options=options)
+        row = row_of(found.result, _since(found, recordings, newest))
         texts = diagnosis_texts(found)
     row |= {
         "name": task.folder.name, "cpu_s": time.process_time() - began, "error": None,
@@ -80,11 +81,30 @@ def _look_over(found: RecordingSet, folder: Path, given: Rig | None) -> None:
             warnings.warn(remark, stacklevel=2)
 
 
-def _since(found: Any, recordings: RecordingSet) -> Since | None:
+def newest_of(found: RecordingSet) -> RecordingSet:
+    """The recordings that tell what a rig is like now.
+
+    Those without a date, and of the others as many of the newest days as it takes to have one
+    recording to fit and, if there is any, one to judge by.
+    """
+    days = {r.source: found.of(r).date for r in (*found.fit, *found.holdout)}
+    for day in sorted({d for d in days.values() if d is not None}, reverse=True):
+        kept = {name for name, d in days.items() if d is None or d >= day}
+        fit, holdout = (
+            tuple(r for r in group if r.source in kept) for group in (found.fit, found.holdout)
+        )
+        if fit and (holdout or not found.holdout):
+            return replace(found, fit=fit, holdout=holdout)
+    return found
+
+
+def _since(found: Any, whole: RecordingSet, newest: RecordingSet) -> Since | None:
     # Of an axis there is no fit that could be asked again.
     if not isinstance(found, Diagnosis):
         return None
-    return since(found, {name: told.date for name, told in recordings.settings.items()})
+    asked = {r.source for r in (*newest.fit, *newest.holdout)}
+    older = [r for r in (*whole.fit, *whole.holdout) if r.source not in asked]
+    return since(found, {name: told.date for name, told in whole.settings.items()}, older)
 
 
 def _remarks(heard: list[warnings.WarningMessage]) -> str | None:
