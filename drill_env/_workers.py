@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import socket
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
@@ -116,9 +117,20 @@ def _connected(address: str | None, jobs: int | None) -> Any:
         if address is None:
             ray.init("local", num_cpus=jobs, include_dashboard=False, **quiet)
         else:
+            _answers(address)
             ray.init(address, **quiet)
-    except (ConnectionError, ValueError, RuntimeError) as error:
+    except (OSError, ValueError, RuntimeError) as error:
         raise InputError(
             f"address {address}: {printable(error, 200)}; name a cluster that `ray start` began"
         ) from error
     return ray
+
+
+def _answers(address: str) -> None:
+    """Raise OSError where nothing listens; Ray itself would try for minutes."""
+    host, colon, port = address.rpartition("://")[2].rpartition(":")
+    if not colon:
+        if address != "auto":
+            raise ValueError("it is neither auto nor HOST:PORT")
+        return
+    socket.create_connection((host, int(port)), timeout=10.0).close()
