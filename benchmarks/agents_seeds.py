@@ -110,7 +110,7 @@ def main(
     table: Annotated[Path, typer.Option(help="CSV of all seeds.")] = ROOT
     / "benchmarks/agents_seeds.csv",
     plants: Annotated[int, typer.Option(help="Frozen plants a level.")] = 200,
-    jobs: JobsOption = 1,
+    jobs: JobsOption = None,
     engine: EngineOption = EngineKind.LOCAL,
     address: AddressOption = None,
 ) -> None:

@@ -141,7 +141,7 @@ def report(rows: list[dict[str, Any]]) -> str:
 def main(
     trials: Annotated[int, typer.Option(help="Of each noise level.")] = 100,
     out: Annotated[Path, typer.Option(help="Folder of the trials.")] = Path("out/identification"),
-    jobs: JobsOption = 1,
+    jobs: JobsOption = None,
     engine: EngineOption = EngineKind.LOCAL,
     address: AddressOption = None,
 ) -> None:

@@ -209,7 +209,7 @@ def main(
     answers: Annotated[Path, typer.Option(help="Folder of the sealed answers.")],
     out: Annotated[Path, typer.Option(help="Folder of the oracles.")],
     seal: Annotated[str | None, typer.Option(help="Digest that was published.")] = None,
-    jobs: JobsOption = 1,
+    jobs: JobsOption = None,
     engine: EngineOption = EngineKind.LOCAL,
     address: AddressOption = None,
     first: Annotated[int, typer.Option(help="Only so many cases; 0 for all.")] = 0,

@@ -100,7 +100,7 @@ def _one(out: Path, limit: float, case: Path) -> None:
 def main(
     cases: Annotated[Path, typer.Option(help="Folder of the cases.")],
     out: Annotated[Path, typer.Option(help="Folder of the reports.")],
-    jobs: JobsOption = 1,
+    jobs: JobsOption = None,
     engine: EngineOption = EngineKind.LOCAL,
     address: AddressOption = None,
     limit: Annotated[float, typer.Option(help="Wall seconds a case.")] = 600.0,
