@@ -26,8 +26,8 @@ Progress = Callable[[int, int], None]
 T = TypeVar("T")
 R = TypeVar("R")
 
-# Results for each task that runs which may wait for an earlier one: a run that takes as long as
-# seven others delays none.
+# Results that may wait for an earlier one, for each task that is sent ahead. Two are sent to a
+# worker, so a run that takes as long as fifteen others delays none.
 _ROOM = 8
 
 
