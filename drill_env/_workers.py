@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import logging
 import os
 import socket
@@ -107,7 +108,7 @@ def _connected(address: str | None, jobs: int | None) -> Any:
     # Nobody asked for a report of what is run here.
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     try:
-        import ray
+        ray: Any = importlib.import_module("ray")
     except ImportError as error:
         raise InputError("engine ray needs Ray: pip install 'drill-env[cluster]'") from error
     if ray.is_initialized():
