@@ -35,13 +35,14 @@ export NO_MKDOCS_2_WARNING := 1
 .DEFAULT_GOAL := help
 # The closing lines of `make test` must be those of pytest, with -j too.
 .NOTPARALLEL:
-.PHONY: help demo test bench fuzz proof lint type docs warm tests format setup setup-locked lock licences sbom audit clean
+.PHONY: help demo test bench fuzz cluster proof lint type docs warm tests format setup setup-locked lock licences sbom audit clean
 
 help:
 	@echo "make demo    install, then run the main job; results in ./$(OUT)"
 	@echo "make test    install, then check style and types, build the docs, run all tests"
 	@echo "make bench   install the peers too, then measure beside them"
 	@echo "make fuzz    hostile input, random rigs and environments, killed commands (hours; N= READERS=)"
+	@echo "make cluster install Ray, polars and DuckDB too, then test on a Ray cluster of two nodes here"
 	@echo "make proof   conceal effects, diagnose, score; coverage of intervals (hours; resumable)"
 	@echo "make setup   install for development only (.venv)"
 	@echo "make setup-locked   install from the lock, every file checked by its hash (LOCK=all: every extra)"
@@ -78,6 +79,10 @@ fuzz: $(READY_DEV) warm
 	$(BIN)/python -m benchmarks.fuzz.killed --kills $(FUZZ_KILLS) --seed $(FUZZ_SEED)
 	$(BIN)/python -m benchmarks.fuzz.places
 
+cluster: $(READY_DEV) warm
+	$(PIP) -e ".[dev,cluster]" polars duckdb
+	$(BIN)/python -m pytest -q tests/test_engine.py tests/test_cluster.py tests/test_fleet.py
+
 # Seeds from a million on are the proof's: once a release, never while developing.
 PROOF_SEED ?= 1000013
 PROOF_CASES ?= --kinds single:200 --kinds null:100 --kinds pair:60 --kinds out:60 --kinds shape:20
@@ -91,7 +96,7 @@ proof: $(READY_DEV) warm
 	  --answers $(OUT)/proof/answers --out $(OUT)/proof/oracles --jobs $(JOBS)
 	$(BIN)/python -m benchmarks.concealed.score --reports $(OUT)/proof/reports \
 	  --answers $(OUT)/proof/answers --oracles $(OUT)/proof/oracles --out $(OUT)/proof/score
-	$(BIN)/python -m benchmarks.identification_study --trials 100 --out $(OUT)/proof/coverage
+	$(BIN)/python -m benchmarks.identification_study --trials 100 --out $(OUT)/proof/coverage --jobs $(JOBS)
 
 setup: $(READY_DEV)
 

@@ -10,6 +10,7 @@ good and the bad; what is printed is the interquartile mean with a stratified bo
 from __future__ import annotations
 
 import csv
+import functools
 import subprocess
 import sys
 from pathlib import Path
@@ -20,6 +21,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from drill_env._engine import run
 from drill_env._tables import write_table
 from drill_env.agents import load
 from drill_env.benchmark.contestants import Contestant
@@ -27,6 +29,14 @@ from drill_env.benchmark.plants import LEVELS
 from drill_env.benchmark.protocol import Cell, Protocol, run_cell
 from drill_env.benchmark.seeds import interquartile_mean, stratified_interval
 from drill_env.benchmark.summary import cell_summary
+from drill_env.cli._engine_options import (
+    AddressOption,
+    EngineKind,
+    EngineOption,
+    JobsOption,
+    counted,
+    engine_of,
+)
 
 ROOT = Path(__file__).resolve().parent.parent
 OPTIONS = {
@@ -71,6 +81,12 @@ def judge(view: str, seed: int, folder: Path, plants: int) -> list[dict]:
     return rows
 
 
+def train_and_judge(view: str, out: Path, plants: int, seed: int) -> list[dict]:
+    folder = out / f"{view}-{seed}"
+    train(view, seed, folder)
+    return judge(view, seed, folder, plants)
+
+
 def show(runs: pd.DataFrame) -> None:
     table = Table("", *LEVELS, "all levels")
     for name in KEPT[:3]:
@@ -94,11 +110,18 @@ def main(
     table: Annotated[Path, typer.Option(help="CSV of all seeds.")] = ROOT
     / "benchmarks/agents_seeds.csv",
     plants: Annotated[int, typer.Option(help="Frozen plants a level.")] = 200,
+    jobs: JobsOption = None,
+    engine: EngineOption = EngineKind.LOCAL,
+    address: AddressOption = None,
 ) -> None:
-    for seed in (int(s) for s in seeds.split(",")):
-        folder = out / f"{view}-{seed}"
-        train(view, seed, folder)
-        rows = pd.DataFrame(judge(view, seed, folder, plants))
+    wanted = [int(s) for s in seeds.split(",")]
+    runs_at = engine_of(jobs, engine, address)
+    with counted("seeds") as watch:
+        once = functools.partial(train_and_judge, view, out.resolve(), plants)
+        found = run(once, wanted, runs_at, name=lambda s: f"seed {s}", progress=watch)
+        judged = list(zip(wanted, found, strict=True))
+    for seed, told in judged:
+        rows = pd.DataFrame(told)
         if table.is_file():
             old = pd.read_csv(table)
             rows = pd.concat([old[(old.view != view) | (old.seed != seed)], rows])

@@ -8,19 +8,28 @@ the output folder and not done again.
 
 from __future__ import annotations
 
-import argparse
+import functools
 import json
 import math
 import time
 import warnings
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
-from rich.progress import track
+import typer
 
 from benchmarks.rig_maker import make, quasi_random
-from drill_env._files import write_text
+from drill_env._engine import run
+from drill_env._files import make_folder, write_text
+from drill_env.cli._engine_options import (
+    AddressOption,
+    EngineKind,
+    EngineOption,
+    JobsOption,
+    counted,
+    engine_of,
+)
 from drill_env.friction import lower_curve
 from drill_env.identification.estimate import Estimate, identify
 from drill_env.identification.replay import replay
@@ -49,8 +58,9 @@ def draw(seed: int, torques: tuple[float, float]) -> tuple[Rig, Rig, list[Record
     return truth, start, runs
 
 
-def trial(seed: int, torques: tuple[float, float]) -> dict[str, Any]:
+def trial(torques: tuple[float, float], seed: int) -> dict[str, Any]:
     """One fit and what is true of it."""
+    warnings.simplefilter("ignore")
     truth, start, runs = draw(seed, torques)
     began = time.perf_counter()
     estimate = identify(runs[:3], start, fixed={"Ju": truth.Ju})
@@ -128,23 +138,27 @@ def report(rows: list[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def main() -> None:
+def main(
+    trials: Annotated[int, typer.Option(help="Of each noise level.")] = 100,
+    out: Annotated[Path, typer.Option(help="Folder of the trials.")] = Path("out/identification"),
+    jobs: JobsOption = None,
+    engine: EngineOption = EngineKind.LOCAL,
+    address: AddressOption = None,
+) -> None:
     """Run the trials that are not done yet and print both tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--trials", type=int, default=100)
-    parser.add_argument("--out", type=Path, default=Path("out/identification"))
-    arguments = parser.parse_args()
-    warnings.simplefilter("ignore")
-    arguments.out.mkdir(parents=True, exist_ok=True)
+    runs_at = engine_of(jobs, engine, address)
+    make_folder(out)
     for label, torques in NOISES.items():
-        rows = []
-        for seed in track(range(arguments.trials), description=label, transient=True):
-            path = arguments.out / f"{label.replace(' ', '-')}-{seed:04d}.json"
-            if not path.exists():
-                write_text(path, json.dumps(trial(seed, torques)))
-            rows.append(json.loads(path.read_text()))
+        stem = label.replace(" ", "-")
+        files = [out / f"{stem}-{seed:04d}.json" for seed in range(trials)]
+        missing = [seed for seed, path in enumerate(files) if not path.exists()]
+        with counted(label) as watch:
+            found = run(functools.partial(trial, torques), missing, runs_at, progress=watch)
+            for seed, row in zip(missing, found, strict=True):
+                write_text(files[seed], json.dumps(row))
+        rows = [json.loads(path.read_text()) for path in files]
         print(f"\n{label}, {len(rows)} trials\n{report(rows)}", flush=True)
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

@@ -6,6 +6,7 @@ Importing it registers ``DrillString-v0`` and ``DrillStringSurface-v0`` with Gym
 from typing import TYPE_CHECKING, Any
 
 from drill_env import _siblings
+from drill_env._engine import Engine
 from drill_env._errors import InputError
 from drill_env.environment.registration import register_ids
 from drill_env.parameters import Rig, load_rig, save_rig
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-__all__ = ["InputError", "Rig", "__version__", "load_rig", "save_rig", "simulate"]
+__all__ = ["Engine", "InputError", "Rig", "__version__", "load_rig", "save_rig", "simulate"]
 
 _siblings.install()
 register_ids()

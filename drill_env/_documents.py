@@ -1,8 +1,9 @@
-"""TOML and JSON files that people and other programs write, read without trust."""
+"""TOML and JSON files: those of people and other programs read without trust, ours written."""
 
 from __future__ import annotations
 
 import json
+import math
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -70,3 +71,16 @@ def _check_numbers(value: Any, name: str) -> None:
             float(value)
         except OverflowError:
             raise InputError(f"{name} is a number of more than 308 digits; correct it") from None
+
+
+def plain(value: Any) -> Any:
+    """Values as JSON has them: no arrays, paths, NaN or infinity."""
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value if value is None or isinstance(value, (bool, int, float, str)) else str(value)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drill_env import InputError, Rig
+from drill_env import Engine, InputError, Rig
 from drill_env.continuation.basins import basins, wilson
 from drill_env.integrator import simulate
 
@@ -31,6 +31,17 @@ def test_at_13_6_volts_both_fates_occur_and_are_the_true_ones():
 def test_where_one_attractor_is_alone_every_start_reaches_it():
     assert basins(RIG, 5.0, (1.0, 3.0, 3.0), count=20).share == 0.0
     assert basins(RIG, 15.0, (1.0, 15.0, 15.0), count=20).share == 1.0
+
+
+def test_two_workers_find_the_same_fates():
+    seen = []
+    box = (1.0, 15.0, 15.0)
+    both = basins(
+        RIG, 13.6, box, count=50, seed=3, engine=Engine(jobs=2),
+        progress=lambda *now: seen.append(now),
+    )  # fmt: skip
+    assert both.starts.equals(basins(RIG, 13.6, box, count=50, seed=3).starts)
+    assert seen == [(done, 3) for done in range(4)]
 
 
 def test_wilsons_interval():

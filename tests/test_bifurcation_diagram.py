@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_integrator_robust import rigs
 
-from drill_env import InputError, Rig
+from drill_env import Engine, InputError, Rig
 from drill_env._types import FrictionLaw
 from drill_env.continuation import (
     Diagram,
@@ -107,7 +107,7 @@ def test_the_diagram_over_a_parameter_meets_the_one_over_the_voltage():
 
 
 def test_maps_repeat_the_diagrams_points():
-    table = vibration_map(RIG, "T2", np.array([-0.291, -0.2]), 15.0)
+    table = vibration_map(RIG, "T2", np.array([-0.291, -0.2]), 15.0, engine=Engine(jobs=2))
     row = table.iloc[0]
     assert (row.hopf_low, row.hopf_high) == pytest.approx((0.565729270, 13.183693585), abs=1e-8)
     assert row.fold == pytest.approx(14.1692825, abs=1e-6)

@@ -18,7 +18,7 @@ from drill_env.cli.main import run
 from drill_env.integrator import simulate
 
 COLUMNS = ["t", "u", "theta_u", "theta_l", "omega_u", "omega_l"]
-COMMANDS = ["", "demo", "rig", "rig show", "simulate", "replay", "identify", "compare"]
+COMMANDS = ["", "demo", "rig", "rig show", "simulate", "replay", "identify", "compare", "fleet"]
 QUICK = ["--setpoints", "0.5,4", "--seconds", "20", "--window", "5"]
 
 

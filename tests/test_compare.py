@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from drill_env import InputError, Rig, baselines
+from drill_env._documents import plain
 from drill_env.benchmark import (
     SETPOINTS,
     UnreachableWarning,
@@ -17,7 +18,6 @@ from drill_env.benchmark import (
     measure,
     vibration_free,
 )
-from drill_env.cli._common import plain
 from drill_env.cli.compare_command import write_comparison
 from drill_env.controllers import Controller, observation_names
 from drill_env.dynamics import equilibrium_voltage

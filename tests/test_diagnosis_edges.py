@@ -16,7 +16,7 @@ from typer.testing import CliRunner, Result
 from benchmarks.concealed.recordings import Truth, make_recording
 from benchmarks.rig_maker import quasi_random
 from drill_env import InputError, Rig
-from drill_env.cli._common import plain
+from drill_env._documents import plain
 from drill_env.cli.main import app
 from drill_env.diagnosis.attempts import restated
 from drill_env.diagnosis.base import base_fit

@@ -19,7 +19,7 @@ from scipy.signal import lfilter
 
 import drill_env  # noqa: F401
 from drill_env import Rig, load_rig
-from drill_env.cli._common import plain
+from drill_env._documents import plain
 from drill_env.cli.main import app
 from drill_env.diagnosis.diagnose import Diagnosis, diagnose
 from drill_env.diagnosis.options import DiagnosisOptions

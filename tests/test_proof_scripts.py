@@ -182,7 +182,7 @@ def test_the_refitted_oracle_comes_as_near_as_the_true_plant(tmp_path: Path):
     answer = {"case": "case-001", "kind": "single", "effects": [told], "rig": rig}
     assert oracle.has_oracle(answer)
     assert not oracle.has_oracle({**answer, "effects": [_told("missing_samples", 1.0)]})
-    assert oracle.one(answer, case, tmp_path) == ("case-001", None)
+    assert oracle.one(tmp_path, tmp_path, answer) == ("case-001", None)
     path = tmp_path / "case-001.json"
     found = json.loads(path.read_text())
     for channel, least in made.oracle.items():
@@ -191,5 +191,5 @@ def test_the_refitted_oracle_comes_as_near_as_the_true_plant(tmp_path: Path):
     lag = found["parameters"]["actuator_lag"]["time_constant"]
     assert lag == pytest.approx(told["parameters"]["tau"], rel=0.03)
     path.write_text("{}")
-    oracle.one(answer, case, tmp_path)
+    oracle.one(tmp_path, tmp_path, answer)
     assert path.read_text() == "{}"

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from drill_env import InputError, Rig, agents, baselines
+from drill_env import Engine, InputError, Rig, agents, baselines
 from drill_env.benchmark import measure
 from drill_env.benchmark import plants as plants_module
 from drill_env.benchmark.contestants import contestant
@@ -137,26 +137,26 @@ def test_a_friction_step_comes_halfway():
 
 def test_resumed_parallel_and_serial_runs_are_the_same(tmp_path):
     protocol = Protocol(plants=3, levels=("L0", "L2"), starts=("limit_cycle", "ring"), **SHORT)
-    serial = run_protocol(made("pi", "lqi"), protocol, tmp_path / "a", jobs=1)
+    serial = run_protocol(made("pi", "lqi"), protocol, tmp_path / "a")
     times = {path: path.stat().st_mtime_ns for path in serial.values()}
     lost = list(serial.values())[3]
     kept = pd.read_parquet(lost)
     lost.unlink()
     seen = []
     again = run_protocol(
-        made("pi", "lqi"), protocol, tmp_path / "a", jobs=1,
+        made("pi", "lqi"), protocol, tmp_path / "a",
         progress=lambda done, total: seen.append((done, total)),
     )  # fmt: skip
     assert seen == [(7, 8), (8, 8)] and pd.read_parquet(lost).equals(kept)
     assert {p: p.stat().st_mtime_ns for p in again.values() if p != lost} == {
         p: t for p, t in times.items() if p != lost
     }
-    parallel = run_protocol(made("lqi", "pi"), protocol, tmp_path / "b", jobs=2)
+    parallel = run_protocol(made("lqi", "pi"), protocol, tmp_path / "b", engine=Engine(jobs=2))
     for cell, path in parallel.items():
         same = next(p for c, p in serial.items() if c == cell)
         assert pd.read_parquet(path).equals(pd.read_parquet(same))
     other = Protocol(plants=3, levels=("L0",), starts=("ring",), seed=1, **SHORT)
-    assert not set(run_protocol(made("pi"), other, tmp_path / "a", jobs=1).values()) & set(times)
+    assert not set(run_protocol(made("pi"), other, tmp_path / "a").values()) & set(times)
 
 
 def test_summary_and_ranking_of_runs_made_up_by_hand(tmp_path):
@@ -191,7 +191,9 @@ def test_summary_and_ranking_of_runs_made_up_by_hand(tmp_path):
 def test_search_finds_a_better_gain_and_is_repeatable(monkeypatch):
     import drill_env.benchmark.tuning as tuning
 
-    monkeypatch.setattr(tuning, "training_score", lambda maker: (-abs(np.log(maker(None))), {}))
+    monkeypatch.setattr(
+        tuning, "training_score", lambda maker, engine: (-abs(np.log(maker(None))), {})
+    )
     runs = [
         search(lambda config, gain: gain, {"gain": (0.01, 100.0)}, {"gain": 30.0}, 60, 5, str)
         for _ in range(2)
@@ -247,7 +249,7 @@ def test_results_of_another_policy_are_not_reused(tmp_path):
         (["--levels", "L9"], "L9"),
         (["--levels", "L0", "--plants", "0"], "plants is 0"),
         (["--levels", "L0", "--starts", "moon"], "moon"),
-        (["--levels", "L0", "--jobs", "0"], "--jobs is 0"),
+        (["--levels", "L0", "--jobs", "0"], "jobs is 0"),
         (["--extended"], "--levels"),
     ],
 )

@@ -8,7 +8,7 @@ import jsonschema
 
 from benchmarks.concealed.recordings import Hidden
 from drill_env import Rig
-from drill_env.cli._common import plain
+from drill_env._documents import plain
 from drill_env.diagnosis.diagnose import diagnose
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.schema import schema

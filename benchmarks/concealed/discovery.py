@@ -24,9 +24,9 @@ from benchmarks.concealed.ambiguity import truth_of
 from benchmarks.concealed.measures import share
 from benchmarks.concealed.plant import play
 from benchmarks.concealed.seal import open_answers
+from drill_env._documents import plain
 from drill_env._errors import InputError
 from drill_env._files import make_folder, write_text
-from drill_env.cli._common import plain
 from drill_env.cli.diagnose_command import Law, _start
 from drill_env.continuation import bifurcation_diagram, hopf_points
 from drill_env.diagnosis.diagnose import Diagnosis, diagnose

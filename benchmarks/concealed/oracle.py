@@ -9,6 +9,7 @@ one; cases that are done are not done again.
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 import time
@@ -17,16 +18,22 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-import joblib
 import numpy as np
 import typer
-from rich.progress import track
-from threadpoolctl import threadpool_limits
 
 from benchmarks.concealed.seal import open_answers
 from benchmarks.concealed.terms import in_tool_terms
+from drill_env._engine import run
 from drill_env._errors import InputError
 from drill_env._files import make_folder, write_text
+from drill_env.cli._engine_options import (
+    AddressOption,
+    EngineKind,
+    EngineOption,
+    JobsOption,
+    counted,
+    engine_of,
+)
 from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.extended import evaluate, motion_of
 from drill_env.diagnosis.first_look import first_look
@@ -181,15 +188,14 @@ def _told(term: Term) -> dict[str, float]:
     return dict(zip((p.name for p in term.source.effect.parameters), term.q.tolist(), strict=True))
 
 
-def one(answer: Mapping[str, Any], case: Path, out: Path) -> tuple[str, str | None]:
+def one(cases: Path, out: Path, answer: Mapping[str, Any]) -> tuple[str, str | None]:
     """Do a case that is not done; its name, and why it has no oracle."""
+    case = cases / answer["case"]
     path = out / f"{answer['case']}.json"
     if path.exists():
         return answer["case"], None
     try:
-        # The matrices are small: threads of the linear algebra would only wait for each other.
-        with threadpool_limits(1):
-            found = refit(answer, case)
+        found = refit(answer, case)
     except (InputError, np.linalg.LinAlgError) as error:
         return answer["case"], str(error)
     if not all(math.isfinite(v) for v in found["five_second_rms"].values()):
@@ -203,19 +209,23 @@ def main(
     answers: Annotated[Path, typer.Option(help="Folder of the sealed answers.")],
     out: Annotated[Path, typer.Option(help="Folder of the oracles.")],
     seal: Annotated[str | None, typer.Option(help="Digest that was published.")] = None,
-    jobs: Annotated[int, typer.Option(help="Cases at a time.")] = 1,
+    jobs: JobsOption = None,
+    engine: EngineOption = EngineKind.LOCAL,
+    address: AddressOption = None,
     first: Annotated[int, typer.Option(help="Only so many cases; 0 for all.")] = 0,
 ) -> None:
     """Refit the oracles that are not there yet."""
     try:
         told = [a for a in open_answers(answers, seal).values() if has_oracle(a)][: first or None]
         make_folder(out)
+        runs_at = engine_of(jobs, engine, address)
     except InputError as error:
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(2) from error
-    work = (joblib.delayed(one)(a, cases / a["case"], out) for a in told)
-    done = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered")(work)
-    failed = [d for d in track(done, "oracles", len(told), transient=True) if d[1]]
+    once = functools.partial(one, cases.resolve(), out.resolve())
+    with counted("oracles") as watch:
+        done = run(once, told, runs_at, name=lambda a: a["case"], progress=watch)
+        failed = [d for d in done if d[1]]
     print(f"{len(told)} cases have the tool's structure, {len(failed)} of them no oracle")
     for name, why in sorted(failed):
         print(f"{name}: {why}")

@@ -6,6 +6,7 @@ again; each leaves `run.json` with its exit status, CPU and wall seconds.
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import shutil
@@ -13,17 +14,24 @@ import subprocess
 import sys
 import tempfile
 import time
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
 from pathlib import Path
-from threading import Event
 from typing import Annotated, Any
 
 import typer
-from rich.progress import track
 
 from drill_env._ending import end_tidily
+from drill_env._engine import run
 from drill_env._errors import InputError
 from drill_env._files import make_folder, write_text
+from drill_env.cli._engine_options import (
+    AddressOption,
+    EngineKind,
+    EngineOption,
+    JobsOption,
+    counted,
+    engine_of,
+)
 
 _OPTIONS = {"leave_out": "--leave-out", "start_friction": "--start-friction"}
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -42,9 +50,7 @@ def command(tool: tuple[str, ...], case: Path, out: Path) -> list[str]:
     return [*found, "--out", str(out)]
 
 
-def diagnose(
-    tool: tuple[str, ...], case: Path, out: Path, limit: float, stop: Event
-) -> dict[str, Any]:
+def diagnose(tool: tuple[str, ...], case: Path, out: Path, limit: float) -> dict[str, Any]:
     """Diagnose one case and say what it took.
 
     Args:
@@ -52,7 +58,6 @@ def diagnose(
         case: folder of the case.
         out: where its report goes.
         limit: wall seconds after which it is given up.
-        stop: set where all shall end; the case is then given up.
     """
     environment = {**os.environ, **dict.fromkeys(_ONE_THREAD, "1")}
     with tempfile.TemporaryDirectory() as hidden:
@@ -64,7 +69,7 @@ def diagnose(
                 command(tool, copy, out.resolve()), cwd=hidden, env=environment,
                 stdout=stream, stderr=subprocess.STDOUT,
             )  # fmt: skip
-            status, usage = _wait(process, began + limit, stop)
+            status, usage = _wait(process, began + limit)
         tail = log.read_text(encoding="utf-8", errors="replace")[-2000:]
     return {
         "exit_status": status, "cpu_s": usage.ru_utime + usage.ru_stime,
@@ -72,47 +77,34 @@ def diagnose(
     }  # fmt: skip
 
 
-def _wait(process: subprocess.Popen[bytes], deadline: float, stop: Event) -> tuple[int, Any]:
+def _wait(process: subprocess.Popen[bytes], deadline: float) -> tuple[int, Any]:
     # wait4 alone tells the CPU of one child among several.
     while True:
         ended, status, usage = os.wait4(process.pid, os.WNOHANG)
         if ended:
             process.returncode = os.waitstatus_to_exitcode(status)
             return process.returncode, usage
-        if stop.is_set() or time.perf_counter() > deadline:
+        if time.perf_counter() > deadline:
             process.kill()
             deadline = float("inf")
         time.sleep(0.02)
 
 
-def _one(tool: tuple[str, ...], case: Path, out: Path, limit: float, stop: Event) -> None:
+def _one(out: Path, limit: float, case: Path) -> None:
+    out = out / case.name
     done = out / "run.json"
     if done.exists() and json.loads(done.read_text(encoding="utf-8"))["exit_status"] == 0:
         return
     make_folder(out)
-    found = diagnose(tool, case, out, limit, stop)
-    if not stop.is_set():
-        write_text(done, json.dumps(found, indent=1) + "\n")
-
-
-def _all(folders: list[Path], out: Path, jobs: int, limit: float) -> None:
-    stop = Event()
-    with ThreadPoolExecutor(jobs) as pool:
-        todo = [pool.submit(_one, TOOL, f, out / f.name, limit, stop) for f in folders]
-        try:
-            for job in track(todo, "cases", transient=True):
-                job.result()
-        except BaseException:
-            # The pool would first do all that is left.
-            stop.set()
-            pool.shutdown(cancel_futures=True)
-            raise
+    write_text(done, json.dumps(diagnose(TOOL, case, out, limit), indent=1) + "\n")
 
 
 def main(
     cases: Annotated[Path, typer.Option(help="Folder of the cases.")],
     out: Annotated[Path, typer.Option(help="Folder of the reports.")],
-    jobs: Annotated[int, typer.Option(help="Cases at a time.")] = 1,
+    jobs: JobsOption = None,
+    engine: EngineOption = EngineKind.LOCAL,
+    address: AddressOption = None,
     limit: Annotated[float, typer.Option(help="Wall seconds a case.")] = 600.0,
     first: Annotated[int, typer.Option(help="Only so many; 0 for all.")] = 0,
 ) -> None:
@@ -120,7 +112,11 @@ def main(
     end_tidily()
     folders = sorted(cases.glob("case-*"))[: first or None]
     try:
-        _all(folders, make_folder(out), jobs, limit)
+        make_folder(out)
+        once = functools.partial(_one, out.resolve(), limit)
+        with counted("cases") as watch:
+            runs_at = engine_of(jobs, engine, address)
+            deque(run(once, [f.resolve() for f in folders], runs_at, progress=watch), 0)
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         raise typer.Exit(2) from error

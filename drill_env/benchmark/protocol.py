@@ -6,17 +6,16 @@ import dataclasses
 import functools
 import hashlib
 import json
-import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import joblib
 import numpy as np
 import pandas as pd
-from joblib.externals.loky import get_reusable_executor
 
-from drill_env._ending import end_with
+from drill_env._code import digest_of_code
+from drill_env._engine import SERIAL, Engine, Progress, run
 from drill_env._errors import InputError
 from drill_env._files import make_folder, replacing
 from drill_env._types import BoolArray, FloatArray
@@ -36,13 +35,10 @@ EXTENDED_LIMIT = 15.0
 """The extended set spans Hopf D (13.18 V) and the fold (14.17 V) of the open loop."""
 
 TRACE_EVERY = 8
-_PHYSICS = (
-    "baselines", "drill_env/parameters", "drill_env/friction", "drill_env/dynamics",
-    "drill_env/integrator", "drill_env/sensors", "drill_env/environment",
+_CODE = (
+    "baselines", "parameters", "friction", "dynamics", "integrator", "sensors", "environment",
+    "benchmark/rollout.py", "benchmark/measures.py", "benchmark/plants.py", "benchmark/protocol.py",
 )  # fmt: skip
-_OWN = ("rollout.py", "measures.py", "plants.py", "protocol.py")
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,37 +161,26 @@ def _reachable(plants: Plants, setpoints: FloatArray, config: EnvConfig) -> Bool
     return np.concatenate(volts) <= config.voltage_limit
 
 
-@functools.cache
-def _code() -> str:
-    """Hash of all code that a run depends on."""
-    from drill_env import baselines
-
-    package = Path(__file__).resolve().parents[1]
-    folders = {"baselines": Path(baselines.__file__).parent}
-    digest = hashlib.sha256(PLANTS_SHA256.encode())
-    for name in _PHYSICS:
-        folder = folders.get(name, package / name.rpartition("/")[2])
-        for path in sorted((*folder.glob("*.py"), *folder.glob("*.json"))):
-            digest.update(path.read_bytes())
-    for name in _OWN:
-        digest.update((package / "benchmark" / name).read_bytes())
-    return digest.hexdigest()
-
-
 def cell_file(cell: Cell, protocol: Protocol, folder: Path) -> Path:
     """Where the results of a cell are kept; the name changes with all they depend on."""
     told = {
         key: getattr(protocol, key)
         for key in ("setpoints", "plants", "seconds", "window_s", "seed")
     }
-    whole = json.dumps([told, repr(protocol.config), cell.contestant.identity, _code()])
+    whole = json.dumps(
+        [
+            told,
+            repr(protocol.config),
+            cell.contestant.identity,
+            PLANTS_SHA256,
+            digest_of_code(*_CODE),
+        ]
+    )
     key = hashlib.sha256(whole.encode()).hexdigest()[:12]
     return folder / f"{cell.contestant.name}_{cell.level}_{cell.start}_{key}.parquet"
 
 
-def _run_and_keep(cell: Cell, protocol: Protocol, path: Path, parent: int) -> None:
-    end_with(parent)
-    table, traces = run_cell(cell, protocol)
+def _keep(table: pd.DataFrame, traces: FloatArray, path: Path) -> None:
     with replacing(path.with_suffix(".npz")) as temporary, temporary.open("wb") as stream:
         np.savez_compressed(stream, traces=traces.astype(np.float32))
     # Last, since the table's presence says that the cell is done.
@@ -208,7 +193,7 @@ def run_protocol(
     protocol: Protocol,
     out: Path,
     *,
-    jobs: int = 2,
+    engine: Engine = SERIAL,
     progress: Progress | None = None,
 ) -> dict[Cell, Path]:
     """Run every cell that is not there yet, in parallel; can be interrupted and resumed.
@@ -217,7 +202,7 @@ def run_protocol(
         contestants: their names must differ.
         protocol: see `Protocol`.
         out: folder; results go to its subfolder ``cells``, one table a cell.
-        jobs: processes.
+        engine: where they run; this process alone writes.
         progress: called with (done, total).
 
     Returns:
@@ -233,15 +218,12 @@ def run_protocol(
     files = {cell: cell_file(cell, protocol, folder) for cell in cells_of(contestants, protocol)}
     wanted = [cell for cell, path in files.items() if not path.is_file()]
     done, tell = len(files) - len(wanted), progress or (lambda done, total: None)
-    tell(done, len(files))
-    workers = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered")
-    tasks = (
-        joblib.delayed(_run_and_keep)(cell, protocol, files[cell], os.getpid()) for cell in wanted
-    )
-    for _ in workers(tasks):
-        done += 1
-        tell(done, len(files))
-    if wanted and jobs > 1:
-        # At the exit of Python, an interrupt could no longer be answered.
-        get_reusable_executor().shutdown()
+    runs = run(
+        functools.partial(run_cell, protocol=protocol), wanted, engine,
+        name=lambda cell: f"{cell.contestant.name}, {cell.level}, {cell.start}",
+        progress=lambda now, _: tell(done + now, len(files)),
+    )  # fmt: skip
+    with closing(runs):
+        for cell, (table, traces) in zip(wanted, runs, strict=True):
+            _keep(table, traces, files[cell])
     return files

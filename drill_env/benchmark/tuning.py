@@ -1,21 +1,19 @@
 """Gains by a seeded search on training plants, none of which is a test plant.
 
-`python -m drill_env.benchmark.tuning NAME` searches anew and writes baselines/gains.json.
+`python -m benchmarks.tuning NAME`, in a checkout, searches anew and writes baselines/gains.json.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
+import functools
 import time
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from drill_env._engine import SERIAL, Engine, run
 from drill_env._errors import InputError
-from drill_env._files import write_text
 from drill_env._types import FloatArray
 from drill_env.benchmark.measures import measure_runs, vibration_free
 from drill_env.benchmark.plants import LEVELS, training_plants
@@ -35,7 +33,7 @@ Ranges = Mapping[str, tuple[float, float]]
 
 
 def training_score(
-    maker: Callable[[EnvConfig], Controller], plants: int = PLANTS
+    maker: Callable[[EnvConfig], Controller], plants: int = PLANTS, engine: Engine = SERIAL
 ) -> tuple[float, dict[str, float]]:
     """Mean vibration-free share, less 0.15 of the mean settling time in runs.
 
@@ -44,25 +42,39 @@ def training_score(
     Returns:
         The score and the share of each start and level.
     """
-    config = EnvConfig(episode_seconds=_SECONDS)
     shares: dict[str, float] = {}
     slow: list[float] = []
-    total, controller = 0.0, maker(config)
-    for start, weight in _STARTS.items():
-        for level in LEVELS:
-            group = training_plants(level, PHASES if level == "L0" else plants)
-            runs = run_plants(controller, config, group, SETPOINTS, start)
-            targets = np.tile(SETPOINTS, len(group))
-            judged = measure_runs(
-                runs.omega_l, runs.voltage, targets, config.control_period, config.voltage_limit
-            )
-            share = float(vibration_free(judged).mean())
-            shares[f"{start} {level}"] = round(share, 4)
-            total += weight * _WEIGHTS[level] * share
-            if start == "limit_cycle":
-                slow.append(float(judged.settling_s.fillna(_SECONDS).mean()) / _SECONDS)
+    total = 0.0
+    cells: list[tuple[Scenario, Level]] = [(start, level) for start in _STARTS for level in LEVELS]
+    runs = run(
+        functools.partial(_judged, maker, plants), cells, engine, name=lambda c: f"{c[0]} {c[1]}"
+    )
+    for (start, level), (share, settling) in zip(cells, runs, strict=True):
+        shares[f"{start} {level}"] = round(share, 4)
+        total += _STARTS[start] * _WEIGHTS[level] * share
+        if start == "limit_cycle":
+            slow.append(settling)
     whole = sum(_WEIGHTS.values()) * sum(_STARTS.values())
     return total / whole - _SLOWNESS * float(np.mean(slow)), shares
+
+
+def _judged(
+    maker: Callable[[EnvConfig], Controller], plants: int, cell: tuple[Scenario, Level]
+) -> tuple[float, float]:
+    """Vibration-free share, and mean settling time in runs, of one start and level."""
+    start, level = cell
+    config = EnvConfig(episode_seconds=_SECONDS)
+    group = training_plants(level, PHASES if level == "L0" else plants)
+    try:
+        runs = run_plants(maker(config), config, group, SETPOINTS, start)
+    except (np.linalg.LinAlgError, ArithmeticError) as error:
+        raise InputError(f"no design exists, or it diverges ({error}); try other gains") from error
+    judged = measure_runs(
+        runs.omega_l, runs.voltage, np.tile(SETPOINTS, len(group)), config.control_period,
+        config.voltage_limit,
+    )  # fmt: skip
+    settling = float(judged.settling_s.fillna(_SECONDS).mean()) / _SECONDS
+    return float(vibration_free(judged).mean()), settling
 
 
 def search(
@@ -72,6 +84,7 @@ def search(
     trials: int,
     seed: int,
     tell: Callable[[str], None] = print,
+    engine: Engine = SERIAL,
 ) -> dict[str, Any]:
     """Random search, then mutation of the best eight: all gains on a logarithmic scale.
 
@@ -82,6 +95,7 @@ def search(
         trials: budget.
         seed: of the search.
         tell: hears of every better trial.
+        engine: where the starts and levels of a trial run; trials follow each other.
 
     Returns:
         Gains, score and shares of the best trial, the budget, seed and time.
@@ -105,9 +119,8 @@ def search(
         # Four digits: gains that somebody may want to read.
         gains = {name: float(f"{np.exp(v):.4g}") for name, v in zip(names, point, strict=True)}
         try:
-            score, shares = training_score(lambda config, gains=gains: build(config, **gains))
-        except (np.linalg.LinAlgError, ArithmeticError, InputError):
-            # Gains for which no design exists, or one that diverges.
+            score, shares = training_score(functools.partial(build, **gains), engine=engine)
+        except InputError:
             score, shares = -1.0, {}
         tried.append((score, point))
         if score > best["score"]:
@@ -115,27 +128,3 @@ def search(
             tell(f"{trial} {score:.4f} {gains} {shares}")
     seconds = round(time.perf_counter() - began, 1)
     return {**best, "trials": trials, "seed": seed, "seconds": seconds}
-
-
-def main() -> None:
-    """Tune one or more controllers and write their gains."""
-    from drill_env import baselines
-
-    parser = argparse.ArgumentParser(description="Tune classical controllers.")
-    parser.add_argument("names", nargs="+")
-    parser.add_argument("--trials", type=int, default=60)
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args()
-    path = Path(baselines.__file__).with_name("gains.json")
-    for name in options.names:
-        item = baselines.TUNABLE[name]
-        found = search(item.build, item.ranges, item.start(), options.trials, options.seed)
-        # Read late, so that two searches at once keep each other's results.
-        kept = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
-        kept[name] = found
-        write_text(path, json.dumps(dict(sorted(kept.items())), indent=2) + "\n")
-        print(f"{name}: {found['score']} in {found['seconds']} s", flush=True)
-
-
-if __name__ == "__main__":
-    main()

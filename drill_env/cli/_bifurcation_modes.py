@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from drill_env._errors import InputError
-from drill_env.cli._common import numbers, progress_bar, tell
+from drill_env.cli._common import numbers, tell
+from drill_env.cli._engine_options import counted
 
 if TYPE_CHECKING:
+    from drill_env._engine import Engine
     from drill_env.parameters import Rig
 
 
@@ -43,7 +45,9 @@ def parameter_report(
     }
 
 
-def map_report(rig: Rig, name: str, between: str | None, to: float, out: Path) -> dict[str, Any]:
+def map_report(
+    rig: Rig, name: str, between: str | None, to: float, out: Path, engine: Engine
+) -> dict[str, Any]:
     import numpy as np
 
     from drill_env._files import make_folder
@@ -55,11 +59,8 @@ def map_report(rig: Rig, name: str, between: str | None, to: float, out: Path) -
     if len(ends) != 3 or ends[2] < 2:
         raise InputError("--map needs --range LOW,HIGH,N with N of 2 or more")
     values = np.linspace(ends[0], ends[1], round(ends[2]))
-    with progress_bar() as bar:
-        task = bar.add_task(f"map over {name}", total=len(values))
-        table = vibration_map(
-            rig, name, values, to, lambda done, _: bar.update(task, completed=done)
-        )
+    with counted(f"map over {name}") as watch:
+        table = vibration_map(rig, name, values, to, watch, engine)
     if (cut := int(table.reaches_end.sum())) > 0:
         tell(f"warning: at {cut} of {len(table)} values vibration goes on at {to:g} V: raise --to")
     make_folder(out)
@@ -70,7 +71,7 @@ def map_report(rig: Rig, name: str, between: str | None, to: float, out: Path) -
 
 
 def basin_report(
-    rig: Rig, box: str, volts: float | None, starts: int, seed: int, out: Path
+    rig: Rig, box: str, volts: float | None, starts: int, seed: int, out: Path, engine: Engine
 ) -> dict[str, Any]:
     from drill_env._files import make_folder
     from drill_env._tables import write_table
@@ -80,7 +81,8 @@ def basin_report(
     widths = numbers(box, "--basin")
     if volts is None or len(widths) != 3:
         raise InputError("--basin needs three half widths, twist,omega_u,omega_l, and --volts V")
-    found = basins(rig, volts, (widths[0], widths[1], widths[2]), starts, seed)
+    with counted("following the starts") as watch:
+        found = basins(rig, volts, (widths[0], widths[1], widths[2]), starts, seed, engine, watch)
     make_folder(out)
     files = [out / "basin.csv", out / "basin.png"]
     write_table(found.starts, files[0])

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperCommand
 
+from drill_env._documents import plain
 from drill_env._errors import InputError, printable
 from drill_env.parameters import Rig, load_rig
 
@@ -49,7 +50,7 @@ class SeveralHoldouts(TyperCommand):
         return super().parse_args(ctx, spread)
 
 
-_SILENT = 10.0
+SILENT = 10.0
 """Seconds after which a log gets a line."""
 
 
@@ -89,7 +90,7 @@ def stages(bar: Progress) -> Callable[[str], None]:
     def tell_stage(text: str) -> None:
         nonlocal last
         bar.update(task, description=text)
-        if bar.disable and time.monotonic() - last > _SILENT:
+        if bar.disable and time.monotonic() - last > SILENT:
             tell(f"{text} ...")
             last = time.monotonic()
 
@@ -110,19 +111,6 @@ def show(table: Table) -> None:
 def print_json(document: Any) -> None:
     """One JSON document on stdout, and nothing else; NaN and infinity become null."""
     typer.echo(json.dumps(plain(document), indent=2, allow_nan=False))
-
-
-def plain(value: Any) -> Any:
-    """Values as JSON has them: no arrays, paths, NaN or infinity."""
-    if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(item) for item in value]
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value if value is None or isinstance(value, (bool, int, float, str)) else str(value)
 
 
 @contextmanager

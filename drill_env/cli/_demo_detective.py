@@ -25,16 +25,16 @@ def find_hidden_effect(out: Path, report: Callable[[str], None]) -> dict[str, An
         What was hidden and what the diagnosis says.
     """
     from drill_env._files import make_folder
-    from drill_env.cli.diagnose_command import write_diagnosis
     from drill_env.diagnosis.diagnose import diagnose
     from drill_env.diagnosis.options import DiagnosisOptions
+    from drill_env.report.diagnosis_files import diagnosis_texts, write_diagnosis
 
     make_folder(out)
     fit, held = (_record(out / f"run-{seed}.csv", seed) for seed in (1, 2))
     options = DiagnosisOptions(most=1)
     found = diagnose([fit], Rig.paper(), [held], options=options, report=report)
     report("writing the report")
-    write_diagnosis(found, out)
+    write_diagnosis(diagnosis_texts(found), out)
     return {"hidden": HIDDEN, "page": out / "index.html", **found.result.as_dict()}
 
 

@@ -9,11 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from drill_env._errors import InputError
-from drill_env.cli._common import print_json, progress_bar, show, tell
+from drill_env.cli._common import print_json, show, tell
+from drill_env.cli._engine_options import counted
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from drill_env._engine import Engine
     from drill_env.benchmark.contestants import Contestant
     from drill_env.benchmark.protocol import Cell, Protocol
     from drill_env.controllers import Controller
@@ -28,7 +30,7 @@ def run_and_report(
     setpoints: Sequence[float] | None,
     levels: Sequence[str],
     starts: Sequence[str],
-    jobs: int,
+    engine: Engine,
     extended: bool,
     as_json: bool,
     **options: Any,
@@ -36,11 +38,9 @@ def run_and_report(
     """Run what is missing, then write tables and page anew."""
     from drill_env.benchmark.compare import SETPOINTS
     from drill_env.benchmark.contestants import contestant
-    from drill_env.benchmark.protocol import EXTENDED_SETPOINTS, Protocol
+    from drill_env.benchmark.protocol import EXTENDED_SETPOINTS, Protocol, run_protocol
     from drill_env.report.compare_table import protocol_table
 
-    if jobs < 1:
-        raise InputError(f"--jobs is {jobs}: give 1 or more")
     usual = EXTENDED_SETPOINTS if extended else SETPOINTS
     protocol = Protocol(
         config, tuple(usual if setpoints is None else setpoints), tuple(levels),  # pyright: ignore
@@ -49,7 +49,8 @@ def run_and_report(
     contestants = [
         contestant(name, maker, config, _identity(maker)) for name, maker in makers.items()
     ]
-    files = _run(contestants, protocol, out, jobs)
+    with counted("comparing") as watch:
+        files = run_protocol(contestants, protocol, out, engine=engine, progress=watch)
     whole, rows, written = write_protocol(contestants, files, protocol, out)
     if as_json:
         print_json({"files": written, "summary": rows})
@@ -70,20 +71,6 @@ def _identity(maker: Any) -> str:
     files = [folder / "agent.json", folder / "policy.npz"]
     files += sorted(Path(agents.__file__).parent.glob("*.py"))
     return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
-
-
-def _run(
-    contestants: Sequence[Contestant], protocol: Protocol, out: Path, jobs: int
-) -> dict[Cell, Path]:
-    from drill_env.benchmark.protocol import run_protocol
-
-    with progress_bar() as bar:
-        task = bar.add_task("comparing", total=None)
-
-        def watch(done: int, total: int) -> None:
-            bar.update(task, completed=done, total=total)
-
-        return run_protocol(contestants, protocol, out, jobs=jobs, progress=watch)
 
 
 def write_protocol(

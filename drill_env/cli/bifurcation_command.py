@@ -25,6 +25,13 @@ from drill_env.cli._common import (
     tell,
 )
 from drill_env.cli._controlled_mode import controlled_report
+from drill_env.cli._engine_options import (
+    AddressOption,
+    EngineKind,
+    EngineOption,
+    JobsOption,
+    engine_of,
+)
 from drill_env.cli._extended_mode import extended_report
 
 if TYPE_CHECKING:
@@ -71,12 +78,17 @@ def bifurcation_command(
         typer.Option(help="Controlled rig over the set point: controller, agent or its folder."),
     ] = None,
     voltage_limit: Annotated[float, typer.Option(help="V, for --controller; up to 15.")] = 5.0,
+    jobs: JobsOption = None,
+    engine: EngineOption = EngineKind.LOCAL,
+    address: AddressOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Compute the bifurcation diagram: equilibria, limit cycles, special points.
 
     Writes diagram.csv, diagram.parquet, points.json, diagram.png (Fig. 4 of the paper),
     diagram.html (interactive) and, on request, maps, basins and recorded points.
+
+    --map and --basin run in parallel: --jobs, --engine.
 
     Of a rig with [[effects]] it gives equilibria and Hopf points, and in place of limit cycles
     what the rig settles on while the voltage is raised and lowered; no diagram.html.
@@ -88,12 +100,13 @@ def bifurcation_command(
         raise InputError(f"{' and '.join(given)} are both given: give one of them")
     plant = rig_from(rig)
     output_folder(out)
+    runs_at = engine_of(jobs, engine, address)
     if parameter is not None:
         report = parameter_report(plant, parameter, between, volts, out)
     elif map_ is not None:
-        report = map_report(plant, map_, between, to, out)
+        report = map_report(plant, map_, between, to, out, runs_at)
     elif basin is not None:
-        report = basin_report(plant, basin, volts, starts, seed, out)
+        report = basin_report(plant, basin, volts, starts, seed, out, runs_at)
     elif controller is not None:
         report = controlled_report(plant, controller, between, voltage_limit, out)
     else:

@@ -22,6 +22,13 @@ from drill_env.cli._common import (
     show,
     tell,
 )
+from drill_env.cli._engine_options import (
+    AddressOption,
+    EngineKind,
+    EngineOption,
+    JobsOption,
+    engine_of,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -66,7 +73,6 @@ PlantsOption = Annotated[int, typer.Option(help="Protocol: frozen plants per lev
 StartsOption = Annotated[
     str, typer.Option(help="Protocol: of limit_cycle, rest, ring, friction_step.")
 ]
-JobsOption = Annotated[int, typer.Option(help="Protocol: processes.")]
 ExtendedOption = Annotated[
     bool, typer.Option("--extended", help="Protocol: 9 to 25 rad/s at +-15 V.")
 ]
@@ -85,7 +91,9 @@ def compare_command(
     levels: LevelsOption = None,
     plants: PlantsOption = 200,
     starts: StartsOption = "limit_cycle,rest,ring,friction_step",
-    jobs: JobsOption = 2,
+    jobs: JobsOption = None,
+    engine: EngineOption = EngineKind.LOCAL,
+    address: AddressOption = None,
     extended: ExtendedOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -106,6 +114,7 @@ def compare_command(
     from drill_env.environment.config import EnvConfig
 
     output_folder(out)
+    runs_at = engine_of(jobs, engine, address)
     if extended and levels is None:
         raise InputError("--extended belongs to the protocol: give --levels too")
     with remarks():
@@ -119,8 +128,8 @@ def compare_command(
             wanted = None if setpoints is None else numbers(setpoints, "--setpoints")
             return run_and_report(
                 makers, config, out, setpoints=wanted, levels=words(levels), plants=plants,
-                starts=words(starts), seconds=seconds, window_s=window, seed=seed, jobs=jobs,
-                extended=extended, as_json=as_json,
+                starts=words(starts), seconds=seconds, window_s=window, seed=seed,
+                engine=runs_at, extended=extended, as_json=as_json,
             )  # fmt: skip
         points = list(SETPOINTS) if setpoints is None else numbers(setpoints, "--setpoints")
         runs = _runs(makers, config, setpoints=points, seconds=seconds, window_s=window, seed=seed)

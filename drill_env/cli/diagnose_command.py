@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from drill_env._errors import InputError
-from drill_env._files import make_folder, write_texts
 from drill_env.cli._common import (
     JsonOption,
     MapOption,
     RigOption,
     output_folder,
-    plain,
     print_json,
     progress_bar,
     remarks,
@@ -24,11 +21,7 @@ from drill_env.cli._common import (
     stages,
 )
 from drill_env.cli._recordings import look_over, read_set
-from drill_env.parameters import Rig, dump_rig
-
-if TYPE_CHECKING:
-    from drill_env.diagnosis.by_prediction import PredictionDiagnosis
-    from drill_env.diagnosis.diagnose import Diagnosis
+from drill_env.parameters import Rig
 
 
 class Law(StrEnum):
@@ -95,6 +88,7 @@ def diagnose_command(
     """
     from drill_env.diagnosis.diagnose import diagnose
     from drill_env.diagnosis.options import DiagnosisOptions
+    from drill_env.report.diagnosis_files import diagnosis_texts, write_diagnosis
 
     output_folder(out)
     options = DiagnosisOptions(
@@ -116,7 +110,7 @@ def diagnose_command(
         report = stages(bar)
         found = diagnose(recordings.fit, start, recordings.holdout, options=options, report=report)
         report("writing the report")
-        write_diagnosis(found, out)
+        write_diagnosis(diagnosis_texts(found), out)
     if as_json:
         print_json(found.result.as_dict())
         return
@@ -140,19 +134,3 @@ def _start(path: Path | None, law: Law | None) -> Rig:
     if law is Law.COULOMB:
         return start.replace(friction="coulomb", Tsl=0.05, bl=0.002)
     return start.replace(friction="stribeck", Tsl=0.08, T1=-0.05, beta1=0.3, bl=0.002)
-
-
-def write_diagnosis(found: Diagnosis | PredictionDiagnosis, out: Path) -> None:
-    """Write the page, all numbers and the extended rig into a folder."""
-    from drill_env.report.diagnosis_page import diagnosis_page
-
-    page = diagnosis_page(found)
-    make_folder(out)
-    document = json.dumps(plain(found.result.as_dict()), indent=2, allow_nan=False)
-    write_texts(
-        {
-            out / "diagnosis.json": document + "\n",
-            out / "rig-extended.toml": dump_rig(found.rig),
-            out / "index.html": page,
-        }
-    )

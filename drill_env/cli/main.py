@@ -21,6 +21,7 @@ from drill_env.cli.compare_command import compare_command
 from drill_env.cli.demo_command import demo_command
 from drill_env.cli.design_command import design_command
 from drill_env.cli.diagnose_command import diagnose_command
+from drill_env.cli.fleet_command import fleet_command
 from drill_env.cli.rig_commands import rig_app
 from drill_env.cli.signal_command import signal_command
 from drill_env.cli.simulate_command import simulate_command
@@ -47,6 +48,7 @@ app.command("check")(check_command)
 recording_commands.register(app)
 app.command("compare")(compare_command)
 app.command("diagnose", cls=SeveralHoldouts)(diagnose_command)
+app.command("fleet")(fleet_command)
 app.command("design-experiment")(design_command)
 
 

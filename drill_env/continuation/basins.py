@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import warnings
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import pandas as pd
 
+from drill_env._engine import SERIAL, Engine, Progress, run
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.continuation.diagram import bifurcation_diagram
@@ -19,7 +20,8 @@ from drill_env.integrator import NegativeFrictionWarning, simulate
 from drill_env.parameters import Rig
 
 _CHUNK_PERIODS, _CHUNKS = 12, 60
-_THREADS = 2
+# Starts that a worker is sent at a time: some seconds of work.
+_TOGETHER = 20
 
 Fate = Literal["equilibrium", "limit cycle", "undecided"]
 
@@ -46,8 +48,9 @@ class Basins:
 
 
 def basins(
-    rig: Rig, volts: float, box: tuple[float, float, float], count: int = 1000, seed: int = 0
-) -> Basins:
+    rig: Rig, volts: float, box: tuple[float, float, float], count: int = 1000, seed: int = 0,
+    engine: Engine = SERIAL, progress: Progress | None = None,
+) -> Basins:  # fmt: skip
     """Draw initial states from a box around the equilibrium and follow them.
 
     Args:
@@ -56,6 +59,8 @@ def basins(
         box: half widths in twist (rad), omega_u and omega_l (rad/s).
         count: number of starts.
         seed: of the generator.
+        engine: where the starts are followed.
+        progress: called with groups of starts, done and in all.
 
     Raises:
         InputError: the box or the count is unusable, or nothing turns at this voltage.
@@ -71,14 +76,25 @@ def basins(
     starts = np.tile(centre, (count, 1))
     starts[:, :3] += np.random.default_rng(seed).uniform(-1.0, 1.0, (count, 3)) * np.array(box)
     known = swings(rig, volts)
-    with warnings.catch_warnings(), ThreadPoolExecutor(_THREADS) as pool:
-        warnings.simplefilter("ignore", NegativeFrictionWarning)
-        fates = list(pool.map(lambda start: fate(rig, volts, start, omega, known), starts))
+    groups = [starts[i : i + _TOGETHER] for i in range(0, count, _TOGETHER)]
+    found = run(
+        functools.partial(_fates, rig, volts, omega, known), groups, engine,
+        name=lambda group: f"starts from {group[0].tolist()} on", progress=progress,
+    )  # fmt: skip
+    fates = [one for group in found for one in group]
     table = pd.DataFrame(starts[:, :3], columns=["twist", "omega_u", "omega_l"])
     table["fate"] = fates
     hits = int((table.fate == "equilibrium").sum())
     low, high = wilson(hits, count)
     return Basins(volts, box, table, hits / count, low, high)
+
+
+def _fates(
+    rig: Rig, volts: float, omega: float, known: tuple[float, float] | None, starts: FloatArray
+) -> list[Fate]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", NegativeFrictionWarning)
+        return [fate(rig, volts, start, omega, known) for start in starts]
 
 
 def swings(rig: Rig, volts: float) -> tuple[float, float] | None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import functools
 
 import numpy as np
 import pandas as pd
 
+from drill_env._engine import SERIAL, Engine, Progress, run
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.continuation.branch import StepRule
@@ -46,7 +47,8 @@ def vibration_map(
     parameter: str,
     values: FloatArray,
     to_volts: float,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
+    engine: Engine = SERIAL,
 ) -> pd.DataFrame:
     """Where vibration is possible over (voltage, `parameter`).
 
@@ -56,6 +58,7 @@ def vibration_map(
         values: its values, ascending, shape (n,).
         to_volts: end of the voltage range, V.
         progress: called with (done, total).
+        engine: where the values are computed.
 
     Returns:
         One row a value: hopf_low, hopf_high (V, first and last Hopf point), fold (V, highest
@@ -63,12 +66,11 @@ def vibration_map(
         where there is none, reaches_end (vibration goes on beyond `to_volts`, at which
         vibration_to then stands) and failures (steps that failed, as text).
     """
-    rows = []
-    for done, value in enumerate(values):
-        rows.append(_row(_with(rig, parameter, value), float(value), to_volts))
-        if progress is not None:
-            progress(done + 1, len(values))
-    return pd.DataFrame(rows)
+    rows = run(
+        functools.partial(_row, rig, parameter, to_volts), [float(v) for v in values], engine,
+        name=lambda value: f"{parameter} = {value:g}", progress=progress,
+    )  # fmt: skip
+    return pd.DataFrame(list(rows))
 
 
 def _with(rig: Rig, parameter: str, value: float) -> Rig:
@@ -77,8 +79,8 @@ def _with(rig: Rig, parameter: str, value: float) -> Rig:
     return rig.replace(**{parameter: float(value)})
 
 
-def _row(rig: Rig, value: float, to_volts: float) -> dict[str, object]:
-    diagram = bifurcation_diagram(rig, to_volts, _COARSE)
+def _row(rig: Rig, parameter: str, to_volts: float, value: float) -> dict[str, object]:
+    diagram = bifurcation_diagram(_with(rig, parameter, value), to_volts, _COARSE)
     volts = [h.voltage for h in diagram.hopf]
     folds = [p.parameter for p in diagram.points if p.kind == "fold"]
     stable = [p.cycle.parameter for b in diagram.branches for p in b.points if p.cycle.stable]

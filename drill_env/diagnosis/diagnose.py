@@ -60,6 +60,7 @@ class Diagnosis:
         before: held-out recordings under the fitted rig alone.
         after: held-out recordings under the fitted rig with its terms.
         holdout: names of the held-out recordings.
+        held: these recordings, ready for the filter.
     """
 
     result: DiagnosisResult
@@ -69,6 +70,7 @@ class Diagnosis:
     before: tuple[Judged, ...]
     after: tuple[Judged, ...]
     holdout: tuple[str, ...]
+    held: tuple[Samples, ...]
 
 
 def diagnose(
@@ -179,7 +181,7 @@ def _diagnose(
     result = with_predictions(answer(unseen, base, rig, law, faults, options), table)
     return Diagnosis(
         result, found, rig, extended_rig(found.final.rig, found.final.terms), unseen.before,
-        unseen.after, tuple(s.recording.source for s in unseen.samples),
+        unseen.after, tuple(s.recording.source for s in unseen.samples), tuple(unseen.samples),
     )  # fmt: skip
 
 

@@ -111,6 +111,11 @@ def decided(
     return replace(found, final=fit, rounds=(found.rounds[0], *later)), table
 
 
+def log_density(samples: Samples, setting: Setting, fit: Fit, criteria: Criteria) -> float:
+    """Log density of a recording's readings, each predicted from those before it, nats."""
+    return float(_Judge(setting, (samples,), criteria).blocks(fit).sum())
+
+
 def listing(criteria: Criteria) -> Criteria:
     """The criteria with the evidence that a whole rig asks for in place of that of one window."""
     return replace(criteria, gain=criteria.evidence)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import datetime as dt
 import math
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, TypeAlias, cast, get_args
@@ -22,6 +23,7 @@ from drill_env.recordings.columns import (
     listed,
     missing_text,
 )
+from drill_env.recordings.dates import date_of, date_told
 from drill_env.recordings.read import Missing, read_recording
 from drill_env.recordings.recording import Recording, RecordingWarning
 
@@ -30,7 +32,9 @@ Role: TypeAlias = Literal["stage1", "fit", "holdout"]
 ROLES: tuple[Role, ...] = get_args(Role)
 
 _KINDS = (".csv", ".csv.gz", ".txt", ".tsv", ".parquet", ".pq", ".mat")
-_OPTIONS = ("columns", "units", "counts_per_rev", "closed_loop", "missing", "note")
+_OPTIONS = ("columns", "units", "counts_per_rev", "closed_loop", "missing", "date", "note")
+# Files of each role begin so.
+_BEGINNINGS: dict[str, Role] = {"stage1": "stage1", "fit": "fit", "hold": "holdout"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +48,7 @@ class RecordingSettings:
         counts_per_rev: encoder counts per revolution, None if not given.
         closed_loop: the voltage came from a controller that saw the angles.
         missing: see `drill_env.recordings.read_recording`.
+        date: of the recording, from its file's name where the manifest says nothing, or None.
         note: free text.
     """
 
@@ -53,6 +58,7 @@ class RecordingSettings:
     counts_per_rev: float | None = None
     closed_loop: bool = False
     missing: Missing = "refuse"
+    date: dt.date | None = None
     note: str = ""
 
 
@@ -80,8 +86,8 @@ class RecordingSet:
 def read_folder(path: PathLike, progress: Callable[[int, int], None] | None = None) -> RecordingSet:
     """Read every recording that the folder's `recordings.toml` names.
 
-    Without a manifest files named stage1*, fit* or holdout* have that role and all others are
-    fitted; a `RecordingWarning` says so.
+    Without a manifest files named stage1*, fit* or hold* have that role and all others are
+    fitted; a `RecordingWarning` says so. A date in a file's name, as 2026-01-31, counts.
 
     Args:
         path: the folder, or its manifest.
@@ -143,15 +149,15 @@ def _from_names(folder: Path) -> dict[Path, RecordingSettings]:
     counts = ", ".join(f"{list(roles.values()).count(role)} {role}" for role in ROLES)
     text = (
         f"{folder}: no {MANIFEST}, so roles are taken from the file names (stage1*, fit*, "
-        f"holdout*; fit otherwise): {counts}"
+        f"hold*; fit otherwise): {counts}"
     )
     warnings.warn(RecordingWarning("no_manifest", text), stacklevel=3)
-    return {f: RecordingSettings(role) for f, role in roles.items()}
+    return {f: RecordingSettings(role, date=date_of(f.name)) for f, role in roles.items()}
 
 
 def _role_by_name(name: str) -> Role:
-    for role in ROLES:
-        if name.lower().startswith(role):
+    for beginning, role in _BEGINNINGS.items():
+        if name.lower().startswith(beginning):
             return role
     return "fit"
 
@@ -176,7 +182,8 @@ def _from_manifest(manifest: Path) -> dict[Path, RecordingSettings]:
         for file in _files(where, manifest.parent, entry.get("file")):
             if file in found:
                 raise InputError(f"{where}: {file.name} is named before; keep one of the two")
-            found[file] = _settings(f"{manifest}: {file.name}", defaults, entry)
+            told = _settings(f"{manifest}: {file.name}", defaults, entry)
+            found[file] = replace(told, date=told.date or date_of(file.name))
     return found
 
 
@@ -228,6 +235,8 @@ def _settings(
     for key, kind, wanted in (("closed_loop", bool, "true or false"), ("note", str, "a text")):
         if key in merged and not isinstance(merged[key], kind):
             raise InputError(f"{where}: {key} is {merged[key]!r}; give {wanted}")
+    if "date" in merged:
+        merged["date"] = date_told(where, merged["date"])
     _check_counts(where, merged)
     return RecordingSettings(**merged)
 
