@@ -54,7 +54,7 @@ BAD = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("action", BAD, ids=lambda a: repr(a)[:30])
+@pytest.mark.parametrize("action", BAD, ids=range(len(BAD)))
 def test_what_is_no_action_is_refused_and_changes_nothing(started, action):
     for env in started:
         before = pickle.dumps(env)
