@@ -80,7 +80,7 @@ fuzz: $(READY_DEV) warm
 	$(BIN)/python -m benchmarks.fuzz.places
 
 cluster: $(READY_DEV) warm
-	$(PIP) -e ".[dev,cluster]" polars duckdb
+	$(PIP) -e ".[dev,cluster,tables]"
 	$(BIN)/python -m pytest -q tests/test_engine.py tests/test_cluster.py tests/test_fleet.py
 
 # Seeds from a million on are the proof's: once a release, never while developing.

@@ -17,7 +17,7 @@ from packaging.utils import canonicalize_name
 
 HEADING = "## Every package"
 # From what everyone needs to what few do: a package stands with the first that needs it.
-EXTRAS = ("", "export", "agents", "render", "cluster", "dev", "bench")
+EXTRAS = ("", "export", "agents", "render", "cluster", "tables", "dev", "bench")
 # What a licence asks of a work that contains it; the strictest part of an expression counts.
 KINDS = {
     "copyleft": r"(?<!L)GPL|GNU General Public|Affero",
