@@ -133,6 +133,11 @@ def amplifier_saturation(q: dict[str, Any], s: Sums, v: View) -> None:
     s.volts += clip(v.u, q["level"]) - v.u
 
 
+def soft_saturation(q: dict[str, Any], s: Sums, v: View) -> None:
+    sharp = 1.0 / q["softness"]
+    s.volts += v.u * (1.0 + (abs(v.u) / q["level"]) ** sharp) ** (-1.0 / sharp) - v.u
+
+
 def amplifier_deadzone(q: dict[str, Any], s: Sums, v: View) -> None:
     s.volts -= clip(v.u, q["width"])
 
@@ -269,7 +274,7 @@ FORMULAS: dict[str, Callable[[dict[str, Any], Sums, View], None]] = {
         lower_disturbance, upper_disturbance, string_damping, string_hardening, unbalance,
         upper_unbalance, brake_runout, lower_asymmetry, friction_drift, whirl_drag,
         dwell_stiction, drive_braking_loss, motor_fade, upper_load_friction, upper_spring,
-        friction_settling, commutation_ripple,
+        friction_settling, commutation_ripple, soft_saturation,
     )
 }  # fmt: skip
 

@@ -289,6 +289,9 @@ def lagged(u, time_constant):
 
 VOLTAGES = {
     "saturation": ({"id": "amplifier_saturation", "level": 2.5}, np.clip(U, -2.5, 2.5)),
+    "soft saturation": (
+        {"id": "soft_saturation", "level": 4.0, "softness": 0.25}, U / (1.0 + (U / 4.0) ** 4) ** 0.25,
+    ),
     "deadzone": ({"id": "amplifier_deadzone", "width": 0.5}, U - np.clip(U, -0.5, 0.5)),
     "sag": ({"id": "supply_sag", "sag": 0.05}, U * (1.0 - 0.05 * np.abs(U))),
     "gain": ({"id": "gain_asymmetry", "asymmetry": 0.1}, U + 0.1 * np.abs(U)),
@@ -441,6 +444,7 @@ def test_amplitude_0_changes_nothing(name, plain):
 
 NEUTRAL = {
     "amplifier_saturation": {"level": 10.0},
+    "soft_saturation": {"level": 100.0, "softness": 0.2},
     "amplifier_deadzone": {"width": 1e-4},
     "slew_limit": {"rate": 1e4},
     "actuator_lag": {"time_constant": 1e-4},
