@@ -290,7 +290,8 @@ def lagged(u, time_constant):
 VOLTAGES = {
     "saturation": ({"id": "amplifier_saturation", "level": 2.5}, np.clip(U, -2.5, 2.5)),
     "soft saturation": (
-        {"id": "soft_saturation", "level": 4.0, "softness": 0.25}, U / (1.0 + (U / 4.0) ** 4) ** 0.25,
+        {"id": "soft_saturation", "level": 4.0, "softness": 0.25},
+        U / (1.0 + (U / 4.0) ** 4) ** 0.25,
     ),
     "deadzone": ({"id": "amplifier_deadzone", "width": 0.5}, U - np.clip(U, -0.5, 0.5)),
     "sag": ({"id": "supply_sag", "sag": 0.05}, U * (1.0 - 0.05 * np.abs(U))),

@@ -11,9 +11,16 @@ from scipy.signal import lfilter
 
 from drill_env import Rig
 from drill_env.diagnosis.diagnose import diagnose
-from drill_env.diagnosis.residual_torque import PREDICTABLE, Latent, residual_torque_of
+from drill_env.diagnosis.residual_torque import (
+    PREDICTABLE,
+    Latent,
+    ResidualTorque,
+    residual_torque_of,
+)
+from drill_env.diagnosis.unexplained_residual import removes_too_little
 from drill_env.effects.along import Motion
 from drill_env.integrator import sampled_voltage, simulate
+from drill_env.prediction.criteria import Criteria
 from drill_env.recordings import Recording
 
 RATE = 200.0
@@ -112,3 +119,21 @@ def test_an_inertia_that_changes_over_the_angle_is_located():
 def test_without_the_yoke_nothing_is_missing():
     *fit, held = (yoked(seed, 0.0) for seed in range(3))
     assert diagnose(fit, AXIS, [held]).result.verdict == "consistent"
+
+
+@pytest.mark.parametrize(
+    ("left", "alone", "rejected"),
+    [
+        # The motion predicts as much as before: the name stands in for something else.
+        (((-0.2, 0.79), (1e-3, 0.017)), ((-0.2, 0.84), (1e-3, 0.017)), True),
+        # Another law than the name's is in what little is left.
+        (((-0.2, 0.69), (1e-3, 0.001)), ((-0.2, 0.92), (1e-3, 0.020)), False),
+        # What is left is large, and noise.
+        (((-0.2, 0.15), (1e-3, 0.017)), ((-0.2, 0.84), (1e-3, 0.017)), False),
+        # It is right at one disc and spoils the other.
+        (((0.6, -0.1), (0.010, 0.001)), ((0.3, 0.9), (0.002, 0.020)), True),
+    ],
+)
+def test_names_must_remove_what_is_predictable(left, alone, rejected):
+    now, then = ResidualTorque(*left), ResidualTorque(*alone)
+    assert removes_too_little(now, then, Criteria()) is rejected

@@ -99,7 +99,9 @@ def answer(
             "holdout": [s.recording.source for s in unseen.samples],
         },
     )  # fmt: skip
-    return replace(result, sentences=sentences(result, found.rejected, looked=bool(found.rounds)))
+    return replace(
+        result, sentences=sentences(result, found.rejected, found.reason, looked=bool(found.rounds))
+    )
 
 
 def _verdict(

@@ -202,11 +202,14 @@ def _held_out(
     if law and _far_further(before, after):
         return _held_out(plain, None, held, seed)
     drawn = errors_by_noise(ready, found.final, after, seed)
+    named = found.final
     found = that_explain(found, before, after, drawn, Criteria())
-    if found.explained < Criteria().share:
+    if found.final is not named:
+        after = tuple(judge(s, found.setting, found.final) for s in ready)
+    found = with_residual_torque(found, setting, base, law is not None, before, after, Criteria())
+    if found.final is not named:
         after = tuple(judge(s, found.setting, found.final) for s in ready)
         drawn = errors_by_noise(ready, found.final, after, seed)
-    found = with_residual_torque(found, setting, base, law is not None, before, after)
     if law and found.residual_shape is not None:
         return _held_out(plain, None, held, seed)
     return law, Unseen(found, ready, before, after, drawn), table

@@ -41,6 +41,15 @@ def explained_share(before: float, after: float, floor: float = 0.0) -> float:
     return 1.0 - max(after - floor, 0.0) / (before - floor)
 
 
+def may_leave_more(source: object) -> bool:
+    """Whether what is found may stand though much else is missing.
+
+    What most machines have stands beside anything, and what happened once is foreseen by nothing.
+    """
+    once = isinstance(source, (LostCounts, Once))
+    return once or (isinstance(source, Named) and source.effect.common)
+
+
 def that_explain(
     found: Found, before: Sequence[Judged], after: Sequence[Judged],
     drawn: Mapping[str, Sequence[FloatArray]], criteria: Criteria,
@@ -62,9 +71,7 @@ def that_explain(
     sources = [t.source for t in found.final.terms]
     if not before or not sources or not all(is_named(t) for t in found.final.terms):
         return found
-    if any(isinstance(s, (LostCounts, Once)) for s in sources):
-        return found
-    if any(isinstance(s, Named) and s.effect.common for s in sources):
+    if any(may_leave_more(s) for s in sources):
         return found
     first, last = (mean_square(j.short - j.measured for j in judged) for judged in (before, after))
     sensor = sum(s**2 for s in sensor_noise(found.final.noise, after[0].channels))
@@ -73,4 +80,5 @@ def that_explain(
     found = replace(found, explained=share)
     if share >= criteria.share:
         return found
-    return replace(found, final=found.base, refuted=found.final)
+    reason = f"it removes only {share:.0%} of the squared error of unseen 5 s predictions"
+    return replace(found, final=found.base, refuted=found.final, reason=reason)

@@ -88,6 +88,7 @@ class Found:
         rounds: one for each effect that was looked for.
         final: the fit with all that is believed in.
         refuted: a fit with names that were rejected, if any.
+        reason: why they were.
         explained: share of the error of unseen predictions that what was found takes away.
         residual_torque: how much of the final fit's the motion predicts.
         residual_shape: the shape of that where nothing that was found accounts for it.
@@ -98,6 +99,7 @@ class Found:
     rounds: tuple[Round, ...]
     final: Fit
     refuted: Fit | None = None
+    reason: str = "held-out recordings contradict it"
     explained: float = 1.0
     residual_torque: ResidualTorque | None = None
     residual_shape: Term | None = None

@@ -21,13 +21,14 @@ CONFUSED = 0.02
 
 
 def sentences(
-    result: DiagnosisResult, rejected: Sequence[str] = (), *, looked: bool = True
+    result: DiagnosisResult, rejected: Sequence[str] = (), reason: str = "", *, looked: bool = True
 ) -> list[str]:
     """What was found, where, how sure, what it is confused with and what to do next.
 
     Args:
         result: of the diagnosis.
         rejected: names that the rest of the recordings speak against.
+        reason: why.
         looked: whether effects were looked for at all.
     """
     lines = [_verdict(result) if looked else "No effect was looked for: this is the rig alone."]
@@ -47,7 +48,7 @@ def sentences(
         )
     lines += _residual(result)
     if result.verdict in ("missing_physics", "unexplained"):
-        lines += _confusion(result, rejected)
+        lines += _confusion(result, rejected, reason)
     lines += _gain(result)
     if result.next_experiment is not None:
         e = result.next_experiment
@@ -129,13 +130,11 @@ def _residual(result: DiagnosisResult) -> list[str]:
     ]
 
 
-def _confusion(result: DiagnosisResult, rejected: Sequence[str]) -> list[str]:
-    share = result.fit.get("explained", 1.0)
-    why = "held-out recordings contradict it"
-    if share < 1.0:
-        why = f"it removes only {share:.0%} of the squared error of unseen 5 s predictions"
+def _confusion(result: DiagnosisResult, rejected: Sequence[str], reason: str) -> list[str]:
     lines = [
-        f"{a.id} was rejected as its name: {why}." for a in result.alternatives if a.id in rejected
+        f"{a.id} was rejected as its name: {reason}."
+        for a in result.alternatives
+        if a.id in rejected
     ]
     rivals = [a for a in result.alternatives if a.id not in rejected]
     rivals.sort(key=lambda a: -a.probability)

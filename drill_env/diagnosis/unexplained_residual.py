@@ -7,17 +7,22 @@ from dataclasses import replace
 
 import numpy as np
 
+from drill_env.diagnosis.explained import may_leave_more
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import Judged, remaining
 from drill_env.diagnosis.lost_counts import LostCounts
-from drill_env.diagnosis.residual_torque import PREDICTABLE, Latent, residual_torque_of, share_by
+from drill_env.diagnosis.residual_torque import (
+    PREDICTABLE,
+    Latent,
+    ResidualTorque,
+    residual_torque_of,
+    share_by,
+)
 from drill_env.diagnosis.rounds import Found
 from drill_env.diagnosis.shapes import COORDINATES, Place, plain_shape
 from drill_env.diagnosis.terms import Term
+from drill_env.prediction.criteria import Criteria
 
-# Share of what the rig alone left and the motion predicts above which another law of friction that
-# leaves it is none. Seven wrong answers had 0.42 and more, three right ones 0.06 and less.
-_REFUTING = 0.4
 _DISCS: tuple[Place, Place] = ("upper", "lower")
 # Cosine of both discs' torques below which they are the string's.
 _OPPOSED = -0.8
@@ -25,9 +30,12 @@ _OPPOSED = -0.8
 
 def with_residual_torque(
     found: Found, setting: Setting, base: Fit, law: bool, before: Sequence[Judged],
-    after: Sequence[Judged],
+    after: Sequence[Judged], criteria: Criteria,
 ) -> Found:  # fmt: skip
-    """How much of the residual torque the motion predicts, and its shape if nothing was found.
+    """How much of the residual torque the motion predicts, and its shape if nothing explains it.
+
+    Of what the rig alone leaves predictable, names and another law of friction must remove the
+    share that a name must explain of a free function; else they are rejected.
 
     Args:
         found: the search, decided.
@@ -36,6 +44,7 @@ def with_residual_torque(
         law: whether another friction law was found.
         before: held-out recordings under the rig alone.
         after: these under what was found.
+        criteria: of the decision.
     """
     if not found.rounds:
         return found
@@ -45,15 +54,30 @@ def with_residual_torque(
     contradicted = found.refuted is not None and found.explained == 1.0
     if max(left.shares) < PREDICTABLE or contradicted:
         return found
+    if not law and not found.final.terms:
+        return _told(found, latents)
+    if any(may_leave_more(t.source) for t in found.final.terms):
+        return found
+    # Less may be the difference of their laws, or a second effect: a sentence says so.
+    alone = _latents(setting, base, before)
+    then = residual_torque_of(alone)
+    if not removes_too_little(left, then, criteria):
+        return found
     if law:
-        alone = residual_torque_of(_latents(setting, base, before))
-        refuted = any(
-            share > PREDICTABLE and now > _REFUTING * then
-            for share, now, then in zip(left.shares, left.squares, alone.squares, strict=True)
-        )
-        return _told(found, latents) if refuted else found
-    # Beside names it may be the difference of their laws, or a second effect: a sentence says so.
-    return found if found.final.terms else _told(found, latents)
+        return _told(found, latents)
+    reason = "the motion predicts the residual torque that it leaves"
+    rest = replace(
+        found, final=found.base, refuted=found.final, reason=reason, residual_torque=then
+    )
+    return _told(rest, alone)
+
+
+def removes_too_little(left: ResidualTorque, alone: ResidualTorque, criteria: Criteria) -> bool:
+    """Whether at a disc more stays predictable than may be of what the rig alone leaves so."""
+    return any(
+        share > PREDICTABLE and now > (1.0 - criteria.share) * then
+        for share, now, then in zip(left.shares, left.squares, alone.squares, strict=True)
+    )
 
 
 def _latents(setting: Setting, fit: Fit, judged: Sequence[Judged]) -> list[Latent]:
