@@ -18,7 +18,7 @@ from drill_env.diagnosis.residual_torque import (
     residual_torque_of,
     share_by,
 )
-from drill_env.diagnosis.rounds import Found
+from drill_env.diagnosis.rounds import Found, is_named
 from drill_env.diagnosis.shapes import COORDINATES, Place, plain_shape
 from drill_env.diagnosis.terms import Term
 from drill_env.prediction.criteria import Criteria
@@ -56,7 +56,8 @@ def with_residual_torque(
         return found
     if not law and not found.final.terms:
         return _told(found, latents)
-    if any(may_leave_more(t.source) for t in found.final.terms):
+    terms = found.final.terms
+    if any(may_leave_more(t.source) for t in terms) or not (law or all(map(is_named, terms))):
         return found
     # Less may be the difference of their laws, or a second effect: a sentence says so.
     alone = _latents(setting, base, before)

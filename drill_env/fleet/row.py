@@ -53,7 +53,7 @@ def _missing(result: DiagnosisResult) -> str | None:
         return " + ".join(effect.id for effect in result.effects)
     if result.shape is not None:
         return f"no name: {result.shape.sort} over {result.shape.coordinate}"
-    return None
+    return "no name" if result.verdict == "unexplained" else None
 
 
 def _probability(result: DiagnosisResult) -> float | None:
