@@ -6,7 +6,6 @@ import json
 import math
 import sys
 from pathlib import Path
-from threading import Event
 from typing import Any
 
 import numpy as np
@@ -104,7 +103,7 @@ def test_the_process_gets_copies_of_its_recordings_and_no_more(tmp_path: Path):
     out = tmp_path / "reports" / "case-001"
     out.mkdir(parents=True)
     script = "import json, sys; print(json.dumps(sys.argv[1:])); sys.exit(3)"
-    record = diagnose((sys.executable, "-c", script), case, out, 60.0, Event())
+    record = diagnose((sys.executable, "-c", script), case, out, 60.0)
     told = json.loads(record["output_tail"])
     assert record["exit_status"] == 3 and record["cpu_s"] > 0
     assert [Path(p).name for p in told[:3:2]] == ["fit-1.csv", "holdout-1.csv"]
