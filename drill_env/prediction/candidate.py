@@ -21,6 +21,8 @@ Kind: TypeAlias = Literal["linear", "cosine", "sine", "log", "place"]
 # friction of more than most of the drive lets the disc coast, a weight may be all of it, and a
 # share nine tenths: a drive without force explains nothing.
 _MOST, _MOST_WEIGHT, _MOST_SHARE = 8.0, 16.0, 18.0
+# A size, in usual ones, that counts as none.
+_NONE = 1e-6
 # A shape may leave its grid by this factor.
 _BEYOND = 5.0
 _LEVELS = (0.4, 0.6, 0.8)
@@ -144,10 +146,13 @@ class Candidate:
             yield np.array(point), linear
 
     def at_end(self, z: FloatArray) -> bool:
-        """Whether a number came to the end of its range, so that it is not determined."""
+        """Whether a number came to the end of its range, so that it is not determined.
+
+        A size of 0 is such an end: what half of the recordings do without is not there.
+        """
         room = 1e-3 * (self.high - self.low)
-        signed = (self.low < 0.0) | (np.array(self.kinds) == "log")
-        return bool(((z >= self.high - room) | (signed & (z <= self.low + room))).any())
+        room = np.where(self.low == 0.0, np.minimum(room, _NONE), room)
+        return bool(((z >= self.high - room) | (z <= self.low + room)).any())
 
 
 def candidate_of(effect: Effect, scales: Scales) -> Candidate:
