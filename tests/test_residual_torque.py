@@ -1,4 +1,4 @@
-"""What a fit leaves over: noise is not predictable, physics of no library is."""
+"""The residual of a fit: noise is not predictable, physics of no library is."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def test_without_the_yoke_nothing_is_missing():
 @pytest.mark.parametrize(
     ("left", "alone", "rejected"),
     [
-        # The motion predicts as much as before: the name stands in for something else.
+        # The motion predicts as much as before: the name is a surrogate.
         (((-0.2, 0.79), (1e-3, 0.017)), ((-0.2, 0.84), (1e-3, 0.017)), True),
         # Another law than the name's is in what little is left.
         (((-0.2, 0.69), (1e-3, 0.001)), ((-0.2, 0.92), (1e-3, 0.020)), False),

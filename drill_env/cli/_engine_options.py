@@ -1,4 +1,4 @@
-"""Where a command's many runs go: the options, and how their progress is told."""
+"""Where a command's many runs go: the options, and how their progress is shown."""
 
 from __future__ import annotations
 

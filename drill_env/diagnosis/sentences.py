@@ -27,7 +27,7 @@ def sentences(
 
     Args:
         result: of the diagnosis.
-        rejected: names that the rest of the recordings speak against.
+        rejected: names that the rest of the recordings contradict.
         reason: why.
         looked: whether effects were looked for at all.
     """

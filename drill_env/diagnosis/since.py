@@ -48,7 +48,7 @@ def since(
 
     Returns:
         None where it cannot be told: nothing was found, what was found happened once, there are
-        not two dates, or recordings after its beginning speak against it.
+        not two dates, or recordings after its beginning contradict it.
     """
     fit, setting, criteria = found.found.final, found.found.setting, Criteria()
     if not fit.terms or any(isinstance(t.source, (LostCounts, Once)) for t in fit.terms):

@@ -30,7 +30,7 @@ def relax(p, e, s, out, h, mean):
     ask(p, e, s, out)
     shares = h * (rate - e.rate[0]) / step
     left_over = 1.0 - 0.5 * shares if abs(shares) < 1e-4 else (1.0 - exp(-shares)) / shares
-    # The mean of what is left over, too.
+    # The mean of the residual share, too.
     gone = 0.5 - shares / 6.0 if abs(shares) < 1e-4 else (1.0 - left_over) / shares
     e.z[0] = kept + h * rate * gone
     ask(p, e, s, out)

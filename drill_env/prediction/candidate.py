@@ -21,7 +21,7 @@ Kind: TypeAlias = Literal["linear", "cosine", "sine", "log", "place"]
 # friction of more than most of the drive lets the disc coast, a weight may be all of it, and a
 # share nine tenths: a drive without force explains nothing.
 _MOST, _MOST_WEIGHT, _MOST_SHARE = 8.0, 16.0, 18.0
-# A size, in usual ones, that counts as none.
+# A size, in usual ones, that counts as none: a descent that is held at 0 is there to rounding.
 _NONE = 1e-6
 # A shape may leave its grid by this factor.
 _BEYOND = 5.0
