@@ -155,7 +155,8 @@ def over_interval(p, e, s, out, begin, rate, t, dt, u, z, mean):
     dwell = s.dwell_l
     s.choose = 1
     s.t = t
-    move(p, s, begin, rate, 0.0, u)
+    if s.first or e.states > 1:
+        move(p, s, begin, rate, 0.0, u)
     if s.first:
         ask(p, e, s, out)
         s.first = 0
