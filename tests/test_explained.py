@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -27,11 +28,13 @@ def found_with(*names: str) -> Found:
     return Found(setting, base, (), final)
 
 
-def judged_with(rms: float) -> Any:
-    error = rms * np.tile([[1.0, -1.0], [-1.0, 1.0]], (50, 1))
+def judged_with(rms: float, times: Sequence[float] = (1.0,) * 10) -> Any:
+    """Errors of one size in ten spans, or of so many times that size in each."""
+    error = rms * np.kron(np.reshape(times, (-1, 1)), np.tile([[1.0, -1.0], [-1.0, 1.0]], (5, 1)))
     return SimpleNamespace(
-        short=error, measured=np.zeros_like(error), channels=("theta_u", "theta_l")
-    )
+        short=error, measured=np.zeros_like(error), channels=("theta_u", "theta_l"),
+        spans=np.arange(0, len(error), 10),
+    )  # fmt: skip
 
 
 def decide(name: str, before: float, after: float, noise: float) -> Found:
@@ -68,6 +71,21 @@ def test_a_name_stands_by_what_it_takes_away_from_unseen_errors(before, after, n
     if noise == 5e-3:
         share = 1.0 - (after**2 - SENSOR**2) / (before**2 - SENSOR**2)
         assert found.explained == pytest.approx(share)
+
+
+def test_what_one_span_alone_speaks_against_stands_within_its_standard_error():
+    spans = np.ones(10)
+    spans[3] = 5.0
+    before, after = judged_with(1e-2), judged_with(2.6e-3, spans)
+    noise = judged_with(1e-4).short
+    found = that_explain(
+        found_with("lower_resonator"), [before], [after], {"short": [noise]}, Criteria()
+    )
+    # 0.93 of the squared error goes in nine spans of ten, and none of it in the other one.
+    left = (2.6e-3**2 * (9 + 25) / 10 - 1e-8 - SENSOR**2) / (1e-4 - 1e-8 - SENSOR**2)
+    assert found.explained == pytest.approx(1.0 - left, abs=1e-3)
+    assert found.explained < Criteria().share
+    assert found.final.terms
 
 
 def test_friction_that_most_machines_have_stands_beside_whatever_else_is_missing():

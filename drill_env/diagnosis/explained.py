@@ -10,16 +10,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.held_out import Judged
 from drill_env.diagnosis.lost_counts import LostCounts
-from drill_env.diagnosis.noise_floor import mean_square, sensor_noise
+from drill_env.diagnosis.noise_floor import sensor_noise
 from drill_env.diagnosis.rounds import Found, is_named
 from drill_env.diagnosis.strikes import Once
 from drill_env.diagnosis.terms import Named
 from drill_env.prediction.criteria import Criteria
+from drill_env.prediction.rule import CONFIDENT
 
 # Mean squares of a draw and of an error that differ by less than this factor may be alike.
 _ALIKE = 2.0
@@ -57,9 +60,10 @@ def that_explain(
     """What was found, its names rejected where they explain too little of unseen recordings.
 
     A name must take away the share of the error beyond noise that it must explain of a free
-    function. What the fit takes for noise is none where it would give twice the squared error that
-    is there: then the sensors' noise alone is. A name that most machines have stands beside
-    whatever else is missing, and what happened once is foreseen by nothing.
+    function, within the share's standard error. What the fit takes for noise is none where it
+    would give twice the squared error that is there: then the sensors' noise alone is. A name that
+    most machines have stands beside whatever else is missing, and what happened once is foreseen
+    by nothing.
 
     Args:
         found: the search, decided.
@@ -73,12 +77,60 @@ def that_explain(
         return found
     if any(may_leave_more(s) for s in sources):
         return found
-    first, last = (mean_square(j.short - j.measured for j in judged) for judged in (before, after))
     sensor = sum(s**2 for s in sensor_noise(found.final.noise, after[0].channels))
-    noise = mean_square(drawn["short"]) + sensor
-    share = explained_share(first, last, noise if noise <= _ALIKE * last else sensor)
+    kinds = (_squares(before), _squares(after), _squares(after, drawn["short"]))
+    share, error = _share(*kinds, sensor)
     found = replace(found, explained=share)
-    if share >= criteria.share:
+    # Within its standard error a share is no less than what it must be.
+    if share + CONFIDENT * error >= criteria.share:
         return found
     reason = f"it removes only {share:.0%} of the squared error of unseen 5 s predictions"
     return replace(found, final=found.base, refuted=found.final, reason=reason)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Squares:
+    """Sums of squared errors over spans of predictions, and what was counted; shape (spans, 2)."""
+
+    sums: FloatArray
+    counts: FloatArray
+
+    def mean(self, leave_out: int | None = None) -> float:
+        """Mean square of both readings together, one span left out."""
+        total, count = (
+            part.sum(axis=0) - (0.0 if leave_out is None else part[leave_out])
+            for part in (self.sums, self.counts)
+        )
+        return float(np.sum(total[count > 0.0] / count[count > 0.0]))
+
+
+def _squares(judged: Sequence[Judged], errors: Sequence[FloatArray] | None = None) -> _Squares:
+    """Of predictions against what was measured, or of given errors over the same spans."""
+    errors = errors or [j.short - j.measured for j in judged]
+    known = [np.isfinite(e) | np.isinf(e) for e in errors]
+    with np.errstate(over="ignore"):
+        squares = [np.where(k, e, 0.0) ** 2 for k, e in zip(known, errors, strict=True)]
+    sums, counts = (
+        np.concatenate(
+            [np.add.reduceat(p.astype(float), j.spans) for p, j in zip(part, judged, strict=True)]
+        )
+        for part in (squares, known)
+    )
+    return _Squares(sums, counts)
+
+
+def _share(
+    before: _Squares, after: _Squares, drawn: _Squares, sensor: float
+) -> tuple[float, float]:
+    """Share of the error that is gone, and its standard error: the jackknife over the spans."""
+    noise = drawn.mean() + sensor
+    if noise > _ALIKE * after.mean():
+        drawn, noise = _Squares(0.0 * drawn.sums, drawn.counts), sensor
+    share = explained_share(before.mean(), after.mean(), noise)
+    n = len(before.sums)
+    if n < 2 or share == 1.0:
+        return share, 0.0
+    left = [
+        explained_share(before.mean(i), after.mean(i), drawn.mean(i) + sensor) for i in range(n)
+    ]
+    return share, math.sqrt((n - 1) * float(np.var(left)))

@@ -43,6 +43,7 @@ class Judged:
         measured: the same as measured, shape (n, 2).
         motion: what all samples say of the motion.
         torques: smoothed latent torques, Nm, shape (n, 2).
+        spans: rows at which the predictions of 5 s begin, ascending, the first 0.
         channels: what each disc is judged by: its angle, or its velocity where that is all.
     """
 
@@ -54,6 +55,7 @@ class Judged:
     measured: FloatArray
     motion: Motion
     torques: FloatArray
+    spans: IntArray
     channels: tuple[Channel, Channel] = ("theta_u", "theta_l")
 
 
@@ -76,8 +78,7 @@ def judge(samples: Samples, setting: Setting, fit: Fit) -> Judged:
     used = w > 0
     smooth = smoothed(given, fit.noise, path)
     states = smooth.states
-    rows = samples.restarts
-    spans = np.unique(np.concatenate([rows, rows_each(samples, HORIZON)])).astype(np.int64)
+    rows, spans = samples.restarts, spans_of(samples)
     rig, offset = extended_rig(fit.rig, fit.terms), offset_of(given, states)
     free = _run_from(samples, rig, motion, offset, rows)
     short = _run_from(samples, rig, motion, offset, spans)
@@ -86,7 +87,7 @@ def judge(samples: Samples, setting: Setting, fit: Fit) -> Judged:
     value, floor = (v + lost_value(samples, given, v, count) for v in (path.value, floor))
     return Judged(
         value, floor, count,
-        free, short, _measured(samples), motion, states[:, 4:], judged_channels(samples),
+        free, short, _measured(samples), motion, states[:, 4:], spans, judged_channels(samples),
     )  # fmt: skip
 
 
@@ -110,6 +111,11 @@ def followed(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Samp
         path = path_of(given, fit.rig, fit.noise, starts, setting.robust)
         motion = motion_of(given, fit.noise, path)
     return motion, given, path
+
+
+def spans_of(samples: Samples) -> IntArray:
+    """Rows at which predictions of 5 s begin, ascending."""
+    return np.unique(np.concatenate([samples.restarts, rows_each(samples, HORIZON)]))
 
 
 def rows_each(samples: Samples, seconds: float) -> IntArray:

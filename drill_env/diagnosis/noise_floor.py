@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.signal import lfilter
@@ -13,11 +13,9 @@ from drill_env._types import FloatArray, IntArray
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.fit import Fit
 from drill_env.diagnosis.held_out import (
-    HORIZON,
     Judged,
     as_read,
     judged_channels,
-    rows_each,
     run_from_start,
 )
 from drill_env.effects.along import Motion
@@ -53,18 +51,9 @@ def errors_by_noise(
     out: dict[str, list[FloatArray]] = {"free": [], "short": []}
     for given, j in zip(samples, judged, strict=True):
         torque = _drawn(given, fit.noise, rng)
-        spans = np.unique(np.concatenate([given.restarts, rows_each(given, HORIZON)]))
-        for which, rows in (("free", given.restarts), ("short", spans)):
+        for which, rows in (("free", given.restarts), ("short", j.spans)):
             out[which].append(_shaken(given, extended, torque, j.motion, rows))
     return out
-
-
-def mean_square(errors: Iterable[FloatArray]) -> float:
-    """Mean squared error of recordings, of both readings together."""
-    both = np.concatenate(list(errors))
-    parts = [read[~np.isnan(read)] for read in both.T]
-    with np.errstate(over="ignore"):
-        return float(sum(np.mean(read**2) for read in parts if len(read)))
 
 
 def noise_floor(

@@ -10,7 +10,7 @@ from drill_env.prediction.compare import Row, listed, row_of_gains, weighed
 from drill_env.prediction.criteria import Criteria
 
 # Standard errors behind the best from which a model is ruled out: 95 % of a normal.
-_CONFIDENT = 1.96
+CONFIDENT = 1.96
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -141,7 +141,7 @@ def _ahead(one: Row, other: Row, criteria: Criteria) -> bool:
 def _beside(best: Row, row: Row) -> bool:
     """Whether the scatter of windows does not rule out that one predicts as well as the best."""
     behind = row_of_gains("", 0, best.windows - row.windows)
-    return 0.0 < behind.error < math.inf and behind.z < _CONFIDENT
+    return 0.0 < behind.error < math.inf and behind.z < CONFIDENT
 
 
 def _most_plausible(names: Sequence[Entrant]) -> Entrant | None:
