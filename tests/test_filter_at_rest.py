@@ -12,6 +12,7 @@ from benchmarks.concealed.fields import PAPER, plant_record
 from benchmarks.concealed.signals import signal
 from drill_env import Rig
 from drill_env.diagnosis import extended, in_filter, joint
+from drill_env.diagnosis.applied import with_terms
 from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.extended import evaluate, whitened
 from drill_env.diagnosis.fit import Fit, Setting
@@ -19,7 +20,7 @@ from drill_env.diagnosis.fit_changes import added
 from drill_env.diagnosis.joint import joint_step, overreaches
 from drill_env.diagnosis.linearised import linearised_at
 from drill_env.diagnosis.stiction_starts import best_at_rest
-from drill_env.diagnosis.terms import Named, Term, with_terms
+from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.prediction_error import path_of

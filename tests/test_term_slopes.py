@@ -10,11 +10,12 @@ import pytest
 from benchmarks.concealed.recordings import Hidden
 from drill_env import Rig
 from drill_env._types import FloatArray
+from drill_env.diagnosis.applied import with_terms
 from drill_env.diagnosis.extended import evaluate, motion_of, whitened
 from drill_env.diagnosis.fit import Setting
 from drill_env.diagnosis.joint import descend_jointly
 from drill_env.diagnosis.shapes import free_shapes
-from drill_env.diagnosis.terms import Named, Term, with_terms
+from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 from drill_env.effects.along import Motion
 from drill_env.identification.coordinates import Coordinates

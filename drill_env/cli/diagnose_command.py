@@ -100,8 +100,6 @@ def diagnose_command(
         seed=seed,
     )
     start = _start(rig, start_friction)
-    if start.effects and start.inertias == 2:
-        raise InputError(f"{rig}: diagnose starts from a rig without [[effects]]: remove them")
     # What the recordings look like is told before the minutes of work.
     with remarks():
         recordings = read_set(fit, mapping or [], holdout or [])

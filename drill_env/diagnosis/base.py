@@ -13,12 +13,14 @@ from drill_env.diagnosis.faults import clock_jitter
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import with_new_motions
 from drill_env.diagnosis.joint import descend_jointly
+from drill_env.diagnosis.rig_coordinates import RigCoordinates
 from drill_env.identification.coordinates import Coordinates
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_of_recording import noise_shown
 from drill_env.identification.prediction_error import path_of
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
+from drill_env.prediction.given import given_numbers
 
 Report = Callable[[str], None]
 _RELEASE, _ROUNDS = 6.0, 25
@@ -28,7 +30,7 @@ def base_fit(
     samples: Sequence[Samples], rig: Rig, free: Sequence[str], doubt: float = 0.05
 ) -> tuple[Setting, Fit]:
     """Fit the rig alone, held near the start where it does not explain the recordings."""
-    coordinates = Coordinates(rig, tuple(free))
+    coordinates = RigCoordinates(Coordinates(rig, tuple(free)), given_numbers(rig))
     samples = [replace(s, release=_RELEASE) for s in samples]
     shown = noise_shown([s.recording for s in samples], samples[0].relative)
     setting = Setting(tuple(samples), coordinates, doubt, shown=shown)
@@ -42,6 +44,9 @@ def base_fit(
             "the given rig has no likelihood on these recordings: look for readings that are "
             "infinite, and for a rig file with numbers far from the rig's"
         )
+    if rig.effects:
+        # The first motion was told without them.
+        here = with_new_motions(plain, here)
     here = descend_jointly(plain, here, limit=_ROUNDS, enough=1.0, only=None)
     setting = replace(setting, wide=here.noise)
     return setting, with_new_motions(setting, here)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from threadpoolctl import threadpool_limits
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.answer_by_prediction import answer_by_prediction
+from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.clock import cleaned
+from drill_env.diagnosis.held_out import followed, offset_of
+from drill_env.diagnosis.offered import free_parameters
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.result import (
     DiagnosisResult,
@@ -83,6 +86,8 @@ def diagnose_by_prediction(
     with threadpool_limits(1):
         report("reading the motion")
         seen, unseen = (_ready(group, rig) for group in (recordings, holdout))
+        if rig.inertias == 2:
+            seen, unseen = _from_one_zero(seen, unseen, rig, fixed, options.doubt)
         amplifier = not torque_driven(recordings)
 
         def look(horizon: float) -> tuple[list[Choice], tuple[Fit, ...], Fold, FloatArray]:
@@ -120,6 +125,24 @@ def _folds(
     )
     free = free_names(rig, fixed, pulled=pulled)
     return folds_of(Setting(rig, free, options.doubt, cuts, criteria), other)
+
+
+def _from_one_zero(
+    seen: Sequence[Samples], unseen: Sequence[Samples], rig: Rig, fixed: Mapping[str, float],
+    doubt: float,
+) -> tuple[list[Samples], list[Samples]]:  # fmt: skip
+    """The lower angles from where the string is not twisted at the upper encoder's zero.
+
+    Encoders begin anywhere. What twist lies between their zeros the whole rig tells.
+    """
+    setting, base = base_fit(seen, rig, free_parameters(rig, fixed, "km"), doubt)
+    motions = [*base.motions, *(followed(s, setting, base)[0] for s in unseen)]
+    moved = []
+    for samples, motion in zip((*seen, *unseen), motions, strict=True):
+        angles = samples.angles.copy()
+        angles[:, 1] -= offset_of(samples, motion.states)
+        moved.append(replace(samples, angles=angles))
+    return moved[: len(seen)], moved[len(seen) :]
 
 
 def _ready(recordings: Sequence[Recording], rig: Rig) -> list[Samples]:

@@ -35,6 +35,7 @@ from drill_env.diagnosis.result import (
 from drill_env.diagnosis.rounds import Found
 from drill_env.diagnosis.search import find
 from drill_env.diagnosis.unexplained_residual import with_residual_torque
+from drill_env.effects.declared import declared
 from drill_env.identification.drive import torque_driven, with_known_scale
 from drill_env.identification.readings import made_of_twist
 from drill_env.identification.samples import Samples, prepare
@@ -86,7 +87,7 @@ def diagnose(
     Args:
         recordings: with u and theta_u or theta_l, or velocities, to fit.
         rig: where to start; its parameters are free but for Ju, the scale of torque, or for km
-            where the drive is a measured torque: then km is 1.
+            where the drive is a measured torque: then km is 1. Its effects are part of it.
         holdout: recordings to judge on; without them the gain is that of the fit.
         options: how to search.
         report: told what is being done.
@@ -102,8 +103,7 @@ def diagnose(
     upper = _at_the_driven_disc(recordings, rig, holdout, options, report)
     if upper is not None:
         return upper
-    if rig.effects:
-        raise InputError("diagnose starts from a rig without [[effects]]: remove them")
+    declared(rig)
     _check_told([*recordings, *holdout])
     options = replace(options, fixed=with_known_scale([*recordings, *holdout], options.fixed))
     rig = rig.replace(**options.fixed)
@@ -122,13 +122,16 @@ def _at_the_driven_disc(
 ) -> PredictionDiagnosis | None:  # fmt: skip
     """What is missing at the driven disc if its torque and the string's other end were measured.
 
-    Then all that moves it is known, whatever is behind the string.
+    What has no name there may be an effect of another place: then the whole rig is asked.
+
+    Then all that moves it is known, whatever is behind the string. Effects in the rig file may be
+    behind it, so there the whole rig is asked.
     """
     every = [*recordings, *holdout]
-    if not torque_driven(every) or any(len(r.angles()) < 2 for r in every):
+    if rig.effects or not torque_driven(every) or any(len(r.angles()) < 2 for r in every):
         return None
     found = diagnose_by_prediction(recordings, rig, holdout, options, report)
-    return found if found.result.grades is not None else None
+    return found if found.result.effects else None
 
 
 def _check_told(recordings: Sequence[Recording]) -> None:

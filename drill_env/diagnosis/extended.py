@@ -11,8 +11,9 @@ from functools import partial
 import numpy as np
 
 from drill_env._types import BoolArray, FloatArray
+from drill_env.diagnosis.applied import acting, effects_of, with_terms
 from drill_env.diagnosis.fit import Fit, Setting, prior, start_prior
-from drill_env.diagnosis.terms import Named, Term, acting, at_rest, with_terms
+from drill_env.diagnosis.terms import Named, Term, at_rest
 from drill_env.effects.along import Motion
 from drill_env.identification.coordinates import solved
 from drill_env.identification.noise import NoiseModel
@@ -67,18 +68,23 @@ def whitened(
     own = slopes.reshape(-1, slopes.shape[2]) @ by_all
     columns = [own.reshape(*slopes.shape[:2], -1)]
     by_loads = partial(slopes_of, samples, noise, path, errors=None)
-    for place, term in enumerate(terms):
+    given = effects_of(fit_rig)
+    every = (*given, *terms)
+    for place, term in enumerate(every):
         if at_rest(term):
             filtered = partial(
                 trace_of, rig=fit_rig, noise=noise, starts=starts, robust=setting.robust
             )
-            moved = _moved_predictions(samples, terms, place, path.trace.innovation, filtered)
+            moved = _moved_predictions(samples, every, place, path.trace.innovation, filtered)
             columns.append(moved * path.rows["weight"][:, :, np.newaxis])
             continue
         loads, errors = term.slopes(fit_rig, motion)
         columns.append(slopes_of(samples, noise, path, loads, errors if errors.any() else None))
         columns[0] = columns[0] + _by_the_rig(term, fit_rig, motion, places, jacobian, by_loads)
-    return np.concatenate(columns, axis=2)
+    by_given = columns[1 : 1 + len(given)]
+    for place, column in setting.coordinates.of_effects(fit_rig, by_given):
+        columns[0][:, :, place] += column
+    return np.concatenate([columns[0], *columns[1 + len(given) :]], axis=2)
 
 
 def _by_the_rig(

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from drill_env._types import BoolArray
+from drill_env.diagnosis.applied import with_terms
 from drill_env.diagnosis.clock import FEWEST, stale_rows
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.terms import with_terms
 from drill_env.identification.prediction_error import path_of
 from drill_env.parameters import Rig
 from drill_env.recordings import Recording

@@ -9,9 +9,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from drill_env._types import FloatArray
+from drill_env.diagnosis.rig_coordinates import RigCoordinates
 from drill_env.diagnosis.terms import Shape, Term
 from drill_env.effects.along import Motion
-from drill_env.identification.coordinates import POSITIVE, Coordinates
+from drill_env.identification.coordinates import POSITIVE
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.prediction_error import Trace
 from drill_env.identification.samples import Samples
@@ -31,7 +32,7 @@ class Setting:
 
     Attributes:
         samples: recordings.
-        coordinates: free parameters of the rig.
+        coordinates: free parameters of the rig, and numbers of the effects in its file.
         doubt: relative standard deviation of the parameters around the start. Where the rig fits
             it is far too wide to matter; where physics is missing it keeps the rig sensible.
         robust: standard deviations beyond which an innovation loses weight.
@@ -43,7 +44,7 @@ class Setting:
     """
 
     samples: tuple[Samples, ...]
-    coordinates: Coordinates
+    coordinates: RigCoordinates
     doubt: float = 0.05
     robust: float = 5.0
     jitter: float = 0.0
@@ -56,7 +57,7 @@ class Fit:
     """A rig with terms and noise, and the likelihood there.
 
     Attributes:
-        vector: coordinates of the rig, shape (free,).
+        vector: coordinates of the rig, and of its file's effects.
         rig: the rig without the terms.
         terms: what is added.
         noise: of all recordings.
@@ -134,14 +135,15 @@ def _times_the_papers(rig: Rig, component: str) -> float:
 
 
 def prior_weight(setting: Setting, centre: FloatArray) -> FloatArray:
-    """Precision of each coordinate around the start, shape (free,)."""
-    base = setting.coordinates.base
+    """Precision of each coordinate around the start, shape of the vector."""
+    coordinates, base = setting.coordinates, setting.coordinates.base
     # Asymmetries may be as large as a tenth of what they are asymmetries of.
     scales = {"dTsu": base.Tsu, "dbu": base.bu}
     spread = [
         1.0 if name in POSITIVE else max(2.0 * abs(value), scales.get(name, 0.0), 1e-6)
-        for name, value in zip(setting.coordinates.free, centre.tolist(), strict=True)
+        for name, value in zip(coordinates.free, centre.tolist(), strict=False)
     ]
+    spread += [1.0] * len(coordinates.given)
     return 1.0 / (setting.doubt * np.array(spread)) ** 2
 
 

@@ -10,9 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from drill_env._types import FloatArray
+from drill_env.diagnosis.applied import with_terms
 from drill_env.diagnosis.extended import THREADS, evaluate, lost_value, motion_of
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.terms import Term, corrected, with_terms
+from drill_env.diagnosis.terms import Term, corrected
 from drill_env.effects.along import Motion
 from drill_env.identification.prediction_error import path_of, value_of
 from drill_env.identification.samples import Samples

@@ -10,10 +10,10 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
+from drill_env.diagnosis.applied import with_terms
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.extended import lost_value, motion_of
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.terms import with_terms
 from drill_env.effects.along import Motion, inner_states
 from drill_env.effects.steady import acting as acting_rig
 from drill_env.identification.noise_of_recording import settled_starts
@@ -105,7 +105,7 @@ def followed(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Samp
     motion = motion_of(samples, noise, path)
     given = samples
     starts = samples.starts
-    for _ in range(2 if fit.terms else 1):
+    for _ in range(2 if fit.terms or fit.rig.effects else 1):
         given = with_terms(samples, fit.terms, fit.rig, motion)
         starts = settled_starts(given, fit.rig, fit.noise)
         path = path_of(given, fit.rig, fit.noise, starts, setting.robust)

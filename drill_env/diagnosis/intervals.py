@@ -43,7 +43,7 @@ def numbers_of(fit: Fit, term: Term, scale: float = 0.0) -> dict[str, Number]:
 def changes(
     setting: Setting, fit: Fit, start: Rig, draws: int = 400, seed: int = 0
 ) -> dict[str, Change]:
-    """Parameters of the rig before and after, with their 95 % intervals."""
+    """What was fitted of the rig before and after, with its 95 % intervals."""
     free = len(fit.vector)
     covariance = inverse(fit.information)[:free, :free]
     values, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T))
@@ -52,10 +52,12 @@ def changes(
     moved = fit.vector + rng.standard_normal((draws, free)) @ root.T
     cloud = setting.coordinates.many_values(moved)
     low, high = np.quantile(cloud, [0.025, 0.975], axis=0)
-    return {
-        name: Change(getattr(start, name), getattr(fit.rig, name), float(a), float(b))
-        for name, a, b in zip(setting.coordinates.free, low, high, strict=True)
-    }
+    names, known = setting.coordinates.names, setting.coordinates.given
+    before = {name: float(getattr(start, name)) for name in setting.coordinates.free}
+    before |= {one.label: one.value for one in known}
+    after = setting.coordinates.many_values(fit.vector[None])[0]
+    told = zip(names, after.tolist(), low.tolist(), high.tolist(), strict=True)
+    return {name: Change(before[name], value, a, b) for name, value, a, b in told}
 
 
 def significant(changed: dict[str, Change], share: float = 0.02) -> list[str]:

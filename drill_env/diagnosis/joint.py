@@ -10,10 +10,11 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
+from drill_env.diagnosis.applied import with_terms
 from drill_env.diagnosis.extended import evaluate, value_at
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import with_new_motions
-from drill_env.diagnosis.terms import Shape, Term, at_rest, with_terms
+from drill_env.diagnosis.terms import Shape, Term, at_rest
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_fit import noise_step
 

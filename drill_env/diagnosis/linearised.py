@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from drill_env._types import FloatArray
+from drill_env.diagnosis.applied import with_terms
 from drill_env.diagnosis.extended import THREADS, whitened
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.terms import with_terms
 from drill_env.effects.along import Motion
 from drill_env.identification.coordinates import solved
 from drill_env.identification.prediction_error import Path, path_of

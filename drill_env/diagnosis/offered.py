@@ -36,14 +36,18 @@ def offered_effects(
     Args:
         rig: where to start.
         free: its free parameters; an effect that is a parameter of the rig is offered where the
-            rig lacks that, so where it is 0 and held.
+            rig lacks that, so where it is 0 and held. What its file has is not offered again.
         leave_out: ids that are not wanted.
         amplifier: whether one lies between what was recorded and the motor.
     """
+    there = [LIBRARY[e["id"]] for e in rig.effects if e["id"] in LIBRARY]
+    geared = any(effect.replaces_balance for effect in there)
     return [
         effect
         for effect in LIBRARY.values()
         if effect.id not in leave_out
+        and effect not in there
+        and not (geared and effect.replaces_balance)
         and not effect.axis_only
         and (amplifier or is_behind_the_current(effect))
         and not (effect.stands_for and _has(rig, effect.stands_for, free))

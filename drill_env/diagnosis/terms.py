@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.diagnosis.late_readings import LATE, ahead, on_time, telling
+from drill_env.diagnosis.late_readings import LATE, ahead
 from drill_env.effects import Effect, EffectParameter
 from drill_env.effects.along import Motion, response_along
-from drill_env.effects.declared import Declared, bundled
-from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
 from drill_env.parameters.rig import LOWER_LAW
 
@@ -212,13 +210,6 @@ def at_rest(term: Term) -> bool:
     return isinstance(source, Named) and (source.effect.at_rest or source.within)
 
 
-def acting(terms: Sequence[Term]) -> Declared:
-    """Those of the terms that act at the filter's own state."""
-    return bundled(
-        [(t.source.effect, t.q) for t in terms if isinstance(t.source, Named) and at_rest(t)]
-    )
-
-
 def late_disc(term: Term) -> int | None:
     """The disc whose encoder a term makes late, if it does."""
     return LATE.get(term.id) if isinstance(term.source, Named) else None
@@ -231,27 +222,3 @@ def corrected(term: Term, motion: Motion) -> Motion:
     """
     disc = late_disc(term)
     return motion if disc is None else ahead(motion, disc, float(term.q[0]))
-
-
-def with_terms(samples: Samples, terms: tuple[Term, ...], rig: Rig, motion: Motion) -> Samples:
-    """The recording as the filter reads it when the terms are known.
-
-    What a late encoder says of the last moments is not there to be read: those angles are missing.
-    """
-    loads, angles, repeats = samples.loads.copy(), samples.angles.copy(), samples.repeats.copy()
-    for term in sorted(terms, key=lambda t: late_disc(t) is None):
-        disc = late_disc(term)
-        if disc is not None:
-            by_speed = angles.shape[1] > 2 and not np.isfinite(angles[:, disc]).any()
-            column = 2 + disc if by_speed else disc
-            delay = float(term.q[0])
-            read = angles[:, column]
-            angles[:, column] = on_time(read, motion, disc, delay, velocity=by_speed)
-            repeats[:, column] = repeats[telling(motion, delay), column]
-            continue
-        if at_rest(term):
-            continue
-        torque, error = term.source.response(term.q, rig, motion)
-        loads += torque
-        angles -= samples.misread(error)
-    return replace(samples, loads=loads, angles=angles, repeats=repeats, acting=acting(terms))

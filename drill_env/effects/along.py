@@ -10,7 +10,7 @@ from drill_env._types import FloatArray, IntArray
 from drill_env.effects import Effect
 from drill_env.effects._along import errors_along, inner_along, torques_along
 from drill_env.effects._along_interval import over_interval as over_interval
-from drill_env.effects.declared import Declared, bundled, declared
+from drill_env.effects.declared import bundled, declared
 from drill_env.effects.signal import MOST_STATES, PORTS, SIGNAL
 from drill_env.friction import kernel_record
 from drill_env.parameters import Rig
@@ -55,19 +55,18 @@ def response_along(
         Mean torques (Nm) on the upper and lower disc over the interval after each row and errors
         (rad) of theta_u and theta_l at each row, both of shape (n, 2).
     """
-    return _respond(bundled([(effect, q)]), rig, motion)
+    return _responses(bundled([(effect, q)]).entries, rig, motion)
 
 
-def _respond(effects: Declared, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
-    p, both = kernel_record(rig)[0], np.zeros((2, len(motion.t), 2))
-    for entry in effects.entries:
-        signal, ports, z = _scratch()
-        run = errors_along if entry["senses"] else torques_along
-        run(
-            p, entry, signal, ports, motion.t, motion.u, motion.states, motion.restarts, z,
-            both[int(entry["senses"] != 0)],
-        )  # fmt: skip
-    return both[0], both[1]
+def responses_along(rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
+    """As `response_along`, the sum over a rig's effects.
+
+    Raises:
+        InputError: an effect of the rig is wrong.
+    """
+    # Kept while its entries are read: they hold addresses of its tables.
+    effects = declared(rig)
+    return _responses(effects.entries, rig, motion)
 
 
 def reading_errors(rig: Rig, motion: Motion) -> FloatArray:
@@ -76,18 +75,21 @@ def reading_errors(rig: Rig, motion: Motion) -> FloatArray:
     Raises:
         InputError: an effect of the rig is wrong.
     """
-    # Kept while its entries are read: they hold addresses of its tables.
-    out, effects = np.zeros((len(motion.t), 2)), declared(rig)
-    for entry in effects.entries:
-        if entry["senses"]:
-            signal, ports, z = _scratch()
-            found = np.zeros_like(out)
-            errors_along(
-                kernel_record(rig)[0], entry, signal, ports, motion.t, motion.u, motion.states,
-                motion.restarts, z, found,
-            )  # fmt: skip
-            out += found
-    return out
+    effects = declared(rig)
+    return _responses(effects.entries[effects.entries["senses"] != 0], rig, motion)[1]
+
+
+def _responses(entries: np.ndarray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
+    p, both = kernel_record(rig)[0], np.zeros((2, len(motion.t), 2))
+    for entry in entries:
+        signal, ports, z = _scratch()
+        found = np.zeros((len(motion.t), 2))
+        run = errors_along if entry["senses"] else torques_along
+        run(
+            p, entry, signal, ports, motion.t, motion.u, motion.states, motion.restarts, z, found,
+        )  # fmt: skip
+        both[int(entry["senses"] != 0)] += found
+    return both[0], both[1]
 
 
 def inner_states(rig: Rig, motion: Motion, rows: IntArray) -> FloatArray:

@@ -96,7 +96,8 @@ def leads_of(samples: Sequence[Samples], criteria: Criteria, horizon: float) -> 
     Args:
         samples: recordings that are to be cut.
         criteria: leads, and how many windows there must be.
-        horizon: s, shortened where the recordings are too short for it.
+        horizon: s, shortened where the recordings are too short for it; leads that are no row apart
+            are left out.
 
     Raises:
         InputError: the recordings are too short.
@@ -104,14 +105,16 @@ def leads_of(samples: Sequence[Samples], criteria: Criteria, horizon: float) -> 
     interval = max(float(np.median(np.diff(s.t))) for s in samples)
     seconds = sum(float(s.t[-1]) for s in samples)
     horizon = min(horizon, seconds / criteria.windows)
-    first = _FIRST * interval
-    leads = np.array([first, *(share * horizon for share in criteria.leads)])
-    if not (np.diff(leads) >= interval).all():
+    leads = [_FIRST * interval]
+    # A lead that is no row after the one before shows nothing else.
+    for lead in (share * horizon for share in criteria.leads):
+        leads += [lead] if lead >= leads[-1] + interval else []
+    if leads[-1] < criteria.leads[-1] * horizon or len(leads) == 1:
         raise InputError(
             f"{samples[0].recording.source}: {seconds:.3g} s at {1.0 / interval:.3g} rows a second "
             "hold too few windows to predict; record longer or at a higher rate"
         )
-    return leads
+    return np.array(leads)
 
 
 def cut(samples: Samples, rig: Rig, leads: FloatArray, *, pulled: bool = False) -> Cut:

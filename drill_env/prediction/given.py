@@ -41,6 +41,10 @@ class Given:
         """Its value at a coordinate, 0 of which is the given one."""
         return self.value + self.size * x if self.size else self.value * math.exp(x)
 
+    def coordinate(self, value: float) -> float:
+        """Where it has a value."""
+        return (value - self.value) / self.size if self.size else math.log(value / self.value)
+
     def slope(self, x: float) -> float:
         """Derivative of the value by the coordinate."""
         return self.size or self.at(x)

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from drill_env._types import FloatArray, IntArray
+from drill_env.diagnosis.applied import with_terms
 from drill_env.diagnosis.rounds import Found
 from drill_env.diagnosis.shapes import middle
-from drill_env.diagnosis.terms import Term, with_terms
+from drill_env.diagnosis.terms import Term
 from drill_env.effects.along import Motion
 from drill_env.identification.coordinates import inverse
 from drill_env.identification.noise_of_recording import settled_starts
