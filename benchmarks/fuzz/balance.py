@@ -67,6 +67,16 @@ def _excess(held, scale):
 
 
 @njit(cache=True)
+def _forward(held, attempt):
+    """What the rates of a side count, the back one asked first: a disc leans to where it leaves."""
+    if attempt != 1:
+        return 1.0 if attempt == 0 else 0.0
+    if min(held[0], held[1]) < 0.0 or held[0] + held[1] == 0.0:
+        return 1.0 if held[1] <= held[0] else 0.0
+    return held[0] / (held[0] + held[1])
+
+
+@njit(cache=True)
 def look_along(p, entries, s, out, t, u, states, modes, inner, dwell, slew, held, found, rates):
     """Rows of `found`: power, its parts' sizes, excess over stiction and added inertia."""
     for k in range(t.size):
@@ -96,6 +106,12 @@ def look_along(p, entries, s, out, t, u, states, modes, inner, dwell, slew, held
             if attempt == 1:
                 push_u = -1.0 if held[0, 0] < held[0, 1] else 1.0
                 push_l = -1.0 if held[1, 0] < held[1, 1] else 1.0
+            for i in range(entries.size):
+                e = entries[i]
+                rests = s.rest_u if e.upper else s.rest_l
+                share = _forward(held[0 if e.upper else 1], attempt) if rests else 1.0
+                for j in range(e.first_state, e.first_state + e.states):
+                    rates[k, j] += share * (e.rate[j - e.first_state] - rates[k, j])
         lost_u, lost_l = s.speed_u * size_u, s.speed_l * size_l
         given = motor * v + out.torque_l * w - out.string * (v - w)
         found[k, 0] = given - lost_u - lost_l
@@ -107,10 +123,6 @@ def look_along(p, entries, s, out, t, u, states, modes, inner, dwell, slew, held
         if s.rest_l:
             found[k, 2] = max(found[k, 2], _excess(held[1], 1.0 + abs(s.pull)))
         found[k, 3] = out.inertia_u
-        for i in range(entries.size):
-            e = entries[i]
-            for j in range(e.states):
-                rates[k, e.first_state + j] = e.rate[j]
 
 
 @dataclass(frozen=True)

@@ -123,6 +123,31 @@ def choose_push(run, work, disc):
     return min(back, ahead)
 
 
+@kernel
+def lean(run, work, disc):
+    """Share (0 to 1) with which a disc at rest leans to its side 1, which it is where it leaves."""
+    back, ahead = work.held[disc, 0], work.held[disc, 1]
+    if back >= 0.0 and ahead >= 0.0 and back + ahead > 0.0:
+        return back / (back + ahead)
+    return 1.0 if run.push[disc] == 1 else 0.0
+
+
+@kernel
+def settle_rates(run, work, row):
+    """Rates of the inner states between those on both sides of a disc at rest.
+
+    Else they would jump where it comes to lean the other way, and a memory slide along there.
+    """
+    for i in range(work.acting):
+        e = entry_at(work.effects, i)
+        disc = UPPER if e.upper else LOWER
+        if run.mode[disc] == 0 and not e.idle and e.states > 0:
+            share = lean(run, work, disc)
+            for r in range(e.first_state, e.first_state + e.states):
+                back, ahead = work.kz_sides[0, r], work.kz_sides[1, r]
+                work.kz[row, r] = back + share * (ahead - back)
+
+
 @unit(RATES)
 def rates_with_effects(p, run, work, row, t, u):
     """Rates of the state and the inner states of a row, and all event functions there.
@@ -142,10 +167,14 @@ def rates_with_effects(p, run, work, row, t, u):
             break
         keep_held(work, UPPER, attempt, size_u, push[0] * net_u)
         keep_held(work, LOWER, attempt, size_l, push[1] * net_l)
+        for r in range(work.inner):
+            work.kz_sides[attempt, r] = work.kz[row, r]
         if attempt == 1:
             held_u, held_l = choose_push(run, work, UPPER), choose_push(run, work, LOWER)
             if (mode[0] != 0 or push[0] == 1) and (mode[1] != 0 or push[1] == 1):
                 break
+    if rests and work.inner > 0:
+        settle_rates(run, work, row)
     work.net[0], work.net[1] = net_u, net_l
     y = work.ys[row]
     k[0], k[3] = y[1] - y[2], y[2]

@@ -3,7 +3,7 @@
 from drill_env.effects._effect import Effect, shape
 from drill_env.effects.signal import at_start, response
 
-# So near, in V, it has arrived.
+# So near, in V, it has arrived: a voltage that begins at 0 begins there but for rounding.
 _REACHED = 1e-9
 # Where no event is located it has arrived when so many seconds would do.
 _SOON = 5e-3
@@ -16,7 +16,7 @@ def slew_limit(p, e, s, out):
         e.z[0] = at_start(s)
     gap = s.u - e.z[0]
     if s.choose and s.first:
-        e.side[0] = 1 if gap.real > 0.0 else -1
+        e.side[0] = 0 if abs(gap) <= _REACHED else (1 if gap.real > 0.0 else -1)
     if s.choose and (e.side[0] * gap).real <= 0.0:
         e.side[0] = 1 if gap.real > 0.0 else -1
         if abs(gap) <= e.q[0].real * _SOON:
