@@ -1,12 +1,7 @@
 """Compiled slip/stick transitions: which mode follows which."""
 
 from drill_env._jit import entry, inlined, kernel, placed
-from drill_env.dynamics.kernels import (
-    lower_margin,
-    lower_rate,
-    upper_margin,
-    upper_rate,
-)
+from drill_env.dynamics.kernels import lower_margin, lower_rate, upper_margin, upper_rate
 from drill_env.integrator._events import CLOSED, LOWER, LOWER_LAW, UPPER
 from drill_env.integrator.records import EVENT, N_STATE
 from drill_env.integrator.signatures import call_change

@@ -38,7 +38,6 @@ def slew_limit(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="slew_limit",
     component="actuator",
     equation="upper",
     depends_on="voltage",
@@ -46,33 +45,14 @@ EFFECT = Effect(
         shape(
             "rate",
             "V/s",
-            (
-                2.0,
-                4.0,
-                7.0,
-                10.0,
-                15.0,
-                20.0,
-                30.0,
-                45.0,
-                70.0,
-                100.0,
-                150.0,
-                250.0,
-                400.0,
-            ),
+            (2.0, 4.0, 7.0, 10.0, 15.0, 20.0, 30.0, 45.0, 70.0, 100.0, 150.0, 250.0, 400.0),
             low=0.1,
             high=100000.0,
         ),
     ),
-    formula="km (v - u), |dv/dt| <= rate, v follows u",
-    meaning="The amplifier changes its voltage no faster than a limit.",
     kernel=slew_limit,
     passing=True,
     states=1,
     switches=1,
-    neighbours=(
-        "actuator_lag",
-        "input_delay",
-    ),
+    neighbours=("actuator_lag", "input_delay"),
 )
