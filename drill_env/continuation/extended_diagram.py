@@ -20,6 +20,7 @@ from drill_env.continuation.special import SpecialPoint
 from drill_env.continuation.sweep import Progress, swept
 from drill_env.continuation.tables import cycle_rows
 from drill_env.continuation.tracer import CycleBranch
+from drill_env.continuation.tracer import Progress as Traced
 from drill_env.effects.steady import acting, lasting, unsteady
 from drill_env.parameters import Rig
 
@@ -55,7 +56,11 @@ class ExtendedDiagram:
 
 
 def extended_diagram(
-    rig: Rig, to_volts: float, step: float = 0.25, progress: Progress | None = None
+    rig: Rig,
+    to_volts: float,
+    step: float = 0.25,
+    progress: Progress | None = None,
+    traced: Traced | None = None,
 ) -> ExtendedDiagram:
     """Equilibria and Hopf points by linearisation, stable motions by a sweep, and their branches.
 
@@ -67,6 +72,7 @@ def extended_diagram(
         to_volts: end of the range, V.
         step: of the sweep, V; long steps may leap over an attractor that exists beside another.
         progress: called with simulations done and to do.
+        traced: called with the number of limit cycles so far.
 
     Raises:
         InputError: the rig has one inertia, the range is empty, or an effect is wrong.
@@ -96,21 +102,21 @@ def extended_diagram(
     if not attractors.settled.all():
         where = ", ".join(f"{v:.3g}" for v in sorted(set(attractors.voltage[~attractors.settled])))
         remarks = (*remarks, f"not settled at {where} V: extremes still change there")
-    traced = ExtendedTracer(lasting(rig), 0.0, to_volts)
+    tracer = ExtendedTracer(lasting(rig), 0.0, to_volts, traced)
     if not wandering:
-        _trace(traced, attractors)
-    points = (*(_entry(p) for p in hopf), *sorted(traced.points, key=lambda p: p.parameter))
+        _trace(tracer, attractors)
+    points = (*(_entry(p) for p in hopf), *sorted(tracer.points, key=lambda p: p.parameter))
     return ExtendedDiagram(
-        rig, to_volts, branch, hopf, attractors, tuple(traced.branches), points,
-        (*remarks, *traced.failures),
+        rig, to_volts, branch, hopf, attractors, tuple(tracer.branches), points,
+        (*remarks, *tracer.failures),
     )  # fmt: skip
 
 
-def _trace(traced: ExtendedTracer, attractors: pd.DataFrame) -> None:
+def _trace(tracer: ExtendedTracer, attractors: pd.DataFrame) -> None:
     for _, rows in attractors.groupby("direction"):
         way = rows.sort_values("voltage")
         for volts in vibrating(way.voltage.to_numpy(), (way.kind == "cycle").tolist()):
-            traced.through(volts)
+            tracer.through(volts)
 
 
 def extended_table(diagram: ExtendedDiagram) -> pd.DataFrame:

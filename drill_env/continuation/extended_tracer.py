@@ -17,7 +17,7 @@ from drill_env.continuation.extended_cycle import extended_cycle
 from drill_env.continuation.extended_flow import ExtendedFlow
 from drill_env.continuation.flow import CycleError
 from drill_env.continuation.special import Segment, SpecialPoint, special_points
-from drill_env.continuation.tracer import CycleBranch
+from drill_env.continuation.tracer import CycleBranch, Progress
 from drill_env.parameters import Rig
 
 _MAX_POINTS = 1000
@@ -32,6 +32,7 @@ class ExtendedTracer:
         rig: parameters and lasting effects, none of which follows time or an angle.
         low: end of the range, V.
         high: other end of the range, V.
+        progress: called with the number of cycles so far.
         rule: step lengths.
         branches: found so far.
         points: special points on them.
@@ -41,6 +42,7 @@ class ExtendedTracer:
     rig: Rig
     low: float
     high: float
+    progress: Progress | None = None
     rule: StepRule = _RULE
     branches: list[CycleBranch] = field(default_factory=list)
     points: list[SpecialPoint] = field(default_factory=list)
@@ -87,6 +89,8 @@ class ExtendedTracer:
                 return reason
             self._note(corrector, here, point)
             points.append(point)
+            if self.progress is not None:
+                self.progress(len(points) + sum(len(b.points) for b in self.branches))
             if len(points) >= _MAX_POINTS:
                 break
         return f"{_MAX_POINTS} points"
