@@ -16,7 +16,7 @@ from benchmarks.fuzz.draws import Case, draw_case
 from benchmarks.fuzz.rigs import OPEN, verdict
 from drill_env import Rig
 from drill_env.effects import LIBRARY
-from drill_env.integrator import Trajectory, as_voltage, simulate
+from drill_env.integrator import Trajectory, as_voltage, sampled_voltage, simulate
 
 pytestmark = pytest.mark.filterwarnings("ignore::drill_env.integrator.NegativeFrictionWarning")
 
@@ -57,6 +57,17 @@ def test_a_rig_that_failed_once(drawn: tuple[int, int]) -> None:
     assert [effect["id"] for effect in case.rig.effects] == FAILED[drawn]
     found = verdict(case)
     assert found["fault"] == "", found
+
+
+def test_another_effects_switch_leaves_what_has_yielded_alone() -> None:
+    """Case 29 of seed 7: a current limit begins as the disc breaks away to the other side."""
+    presliding = {"id": "upper_presliding", "torque": 1e-3, "distance": 4e-5}
+    limit = {"id": "current_limit", "level": 3.0, "back_emf": 1e-3}
+    drive = sampled_voltage(np.array([0.0, 1.0, 2.0]), np.array([-2.0, 0.0, 4.5]), 3.0)
+    rig = Rig(effects=(limit, presliding))
+    run = simulate(rig, drive, 3.0, t_eval=np.array([1.99, 2.0 + 1e-9, 2.5]))
+    assert run.state[0, 1] == 0.0
+    assert run.inner[:, 0] == pytest.approx([-1.0, -1.0, 1.0], abs=1e-6)
 
 
 def test_the_judge_tells_a_motion_that_is_no_solution(monkeypatch: pytest.MonkeyPatch) -> None:
