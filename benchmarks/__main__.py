@@ -10,6 +10,7 @@ SCRIPTS = (
     "integrator_speed",
     "environment_speed",
     "effects_speed",
+    "effects_accuracy",
     "bifurcation_speed",
     "identification_speed",
 )

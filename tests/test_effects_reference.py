@@ -5,23 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.effects_reference.effects import EFFECTS
+from benchmarks.effects_reference.settings import MOVING, Problem, entry
 from drill_env import Rig
-from drill_env.effects import LIBRARY
-from drill_env.integrator import sampled_voltage, simulate
-from tests.reference_effects import reference
-from tests.reference_effects_list import EFFECTS
+from drill_env.integrator import simulate
 
-# Where the middle of the grid would do nothing in the run.
-SETTINGS = {
-    "wear": {"distance": 100.0},
-    "amplifier_saturation": {"level": 3.0},
-    "current_limit": {"level": 3.0, "back_emf": 0.3},
-    "friction_step": {"time": 4.0},
-    "torque_pulse": {"time": 4.0},
-    "amplifier_deadzone": {"width": 0.2},
-    "upper_presliding": {"distance": 0.05},
-    "presliding": {"distance": 0.15},
-}
 # Where the usual voltages would never brake.
 VOLTS = {"drive_braking_loss": (4.0, -4.0, 2.0)}
 # One of every kind: drive, gear, friction, string, brake; with memory, switches and delay.
@@ -33,27 +21,15 @@ LONG = (
 )  # fmt: skip
 
 
-def entry(name: str) -> dict[str, object]:
-    middle = {p.name: p.grid[len(p.grid) // 2] for p in LIBRARY[name].parameters}
-    return {"id": name, **middle, **SETTINGS.get(name, {})}
-
-
-def gap(names: tuple[str, ...], seconds: float, rtol: float = 1e-12) -> float:
-    volts = VOLTS.get(names[0], (2.0, 5.0, 1.5))
-    steps = list(zip((0.0, seconds / 3, 2 * seconds / 3), volts, strict=True))
-    t = np.linspace(0.0, seconds, 601)
-    effects = [entry(name) for name in names]
-    drive = sampled_voltage(np.array([s[0] for s in steps]), np.array(volts), seconds)
-    rig = Rig(effects=tuple(effects))
-    ours = simulate(rig, drive, seconds, t_eval=t, rtol=rtol, atol=0.01 * rtol)
+def gap(names: tuple[str, ...], seconds: float) -> float:
+    problem = Problem(names, VOLTS.get(names[0], (2.0, 5.0, 1.5)), seconds)
+    ours = problem.ours()
     assert len(ours.events) > 0
-    truth = reference(Rig(), effects, steps, seconds, t)
-    return float(np.abs(ours.state - truth)[:, :3].max())
+    return float(np.abs(ours.state - problem.truth())[:, :3].max())
 
 
-def test_nearly_all_effects_are_compared():
-    moving = {name for name, effect in LIBRARY.items() if not effect.senses}
-    assert moving - set(EFFECTS) == {"upper_friction_lag"}
+def test_all_effects_are_compared():
+    assert set(MOVING) == set(EFFECTS)
 
 
 @pytest.mark.parametrize("name", LONG)
@@ -61,9 +37,7 @@ def test_a_minute_agrees_to_1e_7(name):
     assert gap((name,), 60.0) < 1e-7
 
 
-@pytest.mark.parametrize(
-    "name", [n for n, e in LIBRARY.items() if not e.senses and n in EFFECTS and n not in LONG]
-)
+@pytest.mark.parametrize("name", [n for n in MOVING if n not in LONG])
 def test_twenty_seconds_agree(name):
     assert gap((name,), 20.0) < 1e-8
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, get_args
 
@@ -140,9 +141,11 @@ def draw_table(rng: np.random.Generator) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def draw_effects(rng: np.random.Generator, rig: Rig, wide: bool) -> tuple[dict[str, Any], ...]:
+def draw_effects(
+    rng: np.random.Generator, rig: Rig, wide: bool, library: Sequence[str]
+) -> tuple[dict[str, Any], ...]:
     """One to three effects, of which one at most replaces the drive."""
-    names, found, drives = [*LIBRARY, "table", "table"], [], 0
+    names, found, drives = [*library, "table", "table"], [], 0
     for name in rng.choice(names, size=int(rng.integers(1, 4)), replace=False):
         if name == "table":
             found.append(draw_table(rng))
@@ -175,11 +178,13 @@ def draw_voltage(rng: np.random.Generator, rig: Rig) -> tuple[str, Voltage]:
     return sort, as_voltage(drive, 0.0, SECONDS)
 
 
-def draw_case(seed: int, number: int, *, wide: bool = False) -> Case:
-    """Case `number` of a seed, whatever was drawn before it."""
+def draw_case(
+    seed: int, number: int, *, wide: bool = False, library: Sequence[str] = tuple(LIBRARY)
+) -> Case:
+    """Case `number` of a seed, whatever was drawn before it, with effects of `library`."""
     rng = np.random.default_rng([seed, number])
     rig = draw_rig(rng)
-    rig = rig.replace(effects=draw_effects(rng, rig, wide))
+    rig = rig.replace(effects=draw_effects(rng, rig, wide, library))
     declared(rig)
     sort, voltage = draw_voltage(rng, rig)
     start = np.zeros(4) if rng.random() < 0.7 else rng.uniform(-4.0, 4.0, 4)

@@ -25,9 +25,11 @@ def extended_report(
 
     with progress_bar() as bar:
         task = bar.add_task("sweeping the voltage", total=None)
+        cycles = bar.add_task("following limit cycles", total=None)
         diagram = extended_diagram(
-            rig, to, progress=lambda done, total: bar.update(task, completed=done, total=total)
-        )
+            rig, to, progress=lambda done, total: bar.update(task, completed=done, total=total),
+            traced=lambda count: bar.update(cycles, completed=count),
+        )  # fmt: skip
     make_folder(out)
     names = ("diagram.csv", "diagram.parquet", "points.json", "diagram.png")
     files = [out / name for name in names]

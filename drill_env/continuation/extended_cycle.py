@@ -80,7 +80,7 @@ def extended_cycle(rig: Rig, volts: float, state: FloatArray | None = None) -> E
     misses = math.inf
     for _ in range(_MOST):
         shot = _shoot(turning, volts, y, period)
-        missed = _full(shot.final_state, shot.final_inner) - y
+        missed = full_state(shot.final_state, shot.final_inner) - y
         misses = float((np.abs(missed) / (1.0 + np.abs(y))).max())
         if misses < _CLOSED:
             return _found(turning, volts, y, period, shot, misses)
@@ -90,7 +90,8 @@ def extended_cycle(rig: Rig, volts: float, state: FloatArray | None = None) -> E
     )
 
 
-def _full(state: FloatArray, inner: FloatArray) -> FloatArray:
+def full_state(state: FloatArray, inner: FloatArray) -> FloatArray:
+    """Twist, omega_u, omega_l and the inner states, shape (3 + m,)."""
     return np.concatenate([state[:3], inner])
 
 
@@ -109,7 +110,7 @@ def _near(rig: Rig, volts: float, state: FloatArray | None) -> tuple[FloatArray,
         raise InputError(f"no limit cycle: at {volts:g} V the rig turns steadily or rests")
     t, row = tops.t[high], tops.state[high][-2]
     inner = [np.interp(t[-2], run.t, z) for z in run.inner.T]
-    return _full(row, np.array(inner)), float(t[-1] - t[-2])
+    return full_state(row, np.array(inner)), float(t[-1] - t[-2])
 
 
 def _shoot(rig: Rig, volts: float, y: FloatArray, period: float) -> Trajectory:
@@ -129,14 +130,14 @@ def _flow(rig: Rig, volts: float, y: FloatArray) -> FloatArray:
             rig, volts, seconds, initial=np.append(y[:3], 0.0), inner=y[3:], rate=1.0 / seconds,
             rtol=1e-13, atol=1e-15,
         )  # fmt: skip
-        return _full(run.final_state, run.final_inner) - y
+        return full_state(run.final_state, run.final_inner) - y
 
     return (
         48.0 * after(h) - 36.0 * after(2.0 * h) + 16.0 * after(3.0 * h) - 3.0 * after(4.0 * h)
     ) / (12.0 * h)
 
 
-def _monodromy(shot: Trajectory) -> FloatArray:
+def monodromy(shot: Trajectory) -> FloatArray:
     """Derivative of (twist, omega_u, omega_l, inner) after one period by those before it."""
     whole, m = shot.final_sensitivity, len(shot.final_inner)
     kept = [0, 1, 2, *range(4, 4 + m)]
@@ -149,9 +150,9 @@ def _newton(
 ) -> tuple[FloatArray, float]:
     """A step that moves across the flow only: where on the cycle it begins is free."""
     n, flow = len(y), _flow(rig, volts, y)
-    after = _flow(rig, volts, _full(shot.final_state, shot.final_inner))
+    after = _flow(rig, volts, full_state(shot.final_state, shot.final_inner))
     system = np.zeros((n + 1, n + 1))
-    system[:n, :n] = _monodromy(shot) - np.eye(n)
+    system[:n, :n] = monodromy(shot) - np.eye(n)
     system[:n, n], system[n, :n] = after, flow
     step = np.linalg.solve(system, np.append(-missed, 0.0))
     return y + step[:n], period + float(step[n])
@@ -160,7 +161,7 @@ def _newton(
 def _found(
     rig: Rig, volts: float, y: FloatArray, period: float, shot: Trajectory, misses: float
 ) -> ExtendedCycle:
-    values: Any = np.linalg.eigvals(_monodromy(shot))
+    values: Any = np.linalg.eigvals(monodromy(shot))
     values = np.delete(values, np.abs(values - 1.0).argmin())
     run = simulate(rig, volts, period, initial=np.append(y[:3], 0.0), inner=y[3:], rate=2e3)
     speeds = run.omega_l

@@ -14,9 +14,13 @@ from drill_env._errors import InputError
 from drill_env.continuation._plain import require_string
 from drill_env.continuation.equilibria import EquilibriumBranch, speed_at
 from drill_env.continuation.extended_equilibria import extended_branch, extended_hopf_points
+from drill_env.continuation.extended_tracer import ExtendedTracer, vibrating
 from drill_env.continuation.hopf import HopfPoint
 from drill_env.continuation.special import SpecialPoint
 from drill_env.continuation.sweep import Progress, swept
+from drill_env.continuation.tables import cycle_rows
+from drill_env.continuation.tracer import CycleBranch
+from drill_env.continuation.tracer import Progress as Traced
 from drill_env.effects.steady import acting, lasting, unsteady
 from drill_env.parameters import Rig
 
@@ -28,7 +32,7 @@ _SLOWEST = 1e-3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExtendedDiagram:
-    """Equilibria, Hopf points and attractors of a rig with effects.
+    """Equilibria, limit cycles and attractors of a rig with effects.
 
     Attributes:
         rig: parameters and effects.
@@ -36,7 +40,8 @@ class ExtendedDiagram:
         equilibria: turning ones; None where an effect follows time or an angle, or never forgets.
         hopf: Hopf points, by speed.
         attractors: what the rig settles on while the voltage is swept, of `swept`.
-        points: Hopf points as special points.
+        branches: limit cycles, stable and unstable, on branches that pass through attractors.
+        points: Hopf points, and the special points of the branches.
         remarks: what was left out, and why.
     """
 
@@ -45,23 +50,29 @@ class ExtendedDiagram:
     equilibria: EquilibriumBranch | None
     hopf: tuple[HopfPoint, ...]
     attractors: pd.DataFrame
+    branches: tuple[CycleBranch, ...]
     points: tuple[SpecialPoint, ...]
     remarks: tuple[str, ...]
 
 
 def extended_diagram(
-    rig: Rig, to_volts: float, step: float = 0.25, progress: Progress | None = None
+    rig: Rig,
+    to_volts: float,
+    step: float = 0.25,
+    progress: Progress | None = None,
+    traced: Traced | None = None,
 ) -> ExtendedDiagram:
-    """Equilibria and Hopf points by linearisation, stable motions by a sweep of the voltage.
+    """Equilibria and Hopf points by linearisation, stable motions by a sweep, and their branches.
 
-    Unstable limit cycles and folds are not traced: where the way up and the way down differ, one
-    lies between.
+    The limit cycles of the sweep are continued to both sides, through folds into unstable ones.
+    A branch that is stable nowhere, or only within a step of the sweep, is not found.
 
     Args:
         rig: parameters with two inertias, and effects; those of the encoders do not act.
         to_volts: end of the range, V.
         step: of the sweep, V; long steps may leap over an attractor that exists beside another.
         progress: called with simulations done and to do.
+        traced: called with the number of limit cycles so far.
 
     Raises:
         InputError: the rig has one inertia, the range is empty, or an effect is wrong.
@@ -78,7 +89,7 @@ def extended_diagram(
         remarks = (
             "equilibria and Hopf points are left out: "
             f"{', '.join(wandering)} follow time or an angle, or never forget; so are the cycles' "
-            "multipliers",
+            "multipliers and branches",
         )
     else:
         turning = lasting(rig)
@@ -91,19 +102,34 @@ def extended_diagram(
     if not attractors.settled.all():
         where = ", ".join(f"{v:.3g}" for v in sorted(set(attractors.voltage[~attractors.settled])))
         remarks = (*remarks, f"not settled at {where} V: extremes still change there")
-    points = tuple(_entry(point) for point in hopf)
-    return ExtendedDiagram(rig, to_volts, branch, hopf, attractors, points, remarks)
+    tracer = ExtendedTracer(lasting(rig), 0.0, to_volts, traced)
+    if not wandering:
+        _trace(tracer, attractors)
+    points = (*(_entry(p) for p in hopf), *sorted(tracer.points, key=lambda p: p.parameter))
+    return ExtendedDiagram(
+        rig, to_volts, branch, hopf, attractors, tuple(tracer.branches), points,
+        (*remarks, *tracer.failures),
+    )  # fmt: skip
+
+
+def _trace(tracer: ExtendedTracer, attractors: pd.DataFrame) -> None:
+    for _, rows in attractors.groupby("direction"):
+        way = rows.sort_values("voltage")
+        for volts in vibrating(way.voltage.to_numpy(), (way.kind == "cycle").tolist()):
+            tracer.through(volts)
 
 
 def extended_table(diagram: ExtendedDiagram) -> pd.DataFrame:
-    """Every equilibrium and attractor, one row each.
+    """Every equilibrium, attractor and limit cycle, one row each.
 
     Returns:
-        Columns branch (equilibria, up, down), kind (equilibrium, rest, cycle), parameter (V),
-        min, max, mean (rad/s), twist (rad), period (s), stuck (share), stable, settled, multiplier
-        (size of the largest of a cycle but the one along the flow).
+        Columns branch (equilibria, up, down, p1, p2, ...), kind (equilibrium, rest, cycle),
+        parameter (V), min, max, mean (rad/s), twist (rad), period (s), stuck (share), stable,
+        settled, multiplier (size of the largest of a cycle but the one along the flow), character
+        (of a continued cycle).
     """
-    return pd.DataFrame([*_equilibrium_rows(diagram.equilibria), *_attractor_rows(diagram)])
+    rows = [*_equilibrium_rows(diagram.equilibria), *_attractor_rows(diagram)]
+    return pd.DataFrame([*rows, *_branch_rows(diagram)])
 
 
 def _branch(rig: Rig, to_volts: float) -> EquilibriumBranch:
@@ -150,3 +176,10 @@ def _attractor_rows(diagram: ExtendedDiagram) -> Iterator[dict[str, Any]]:
             "stuck": row["stuck"], "stable": True, "settled": row["settled"],
             "multiplier": row["multiplier"],
         }  # fmt: skip
+
+
+def _branch_rows(diagram: ExtendedDiagram) -> Iterator[dict[str, Any]]:
+    kept = ("branch", "kind", "parameter", "min", "max", "period", "stable", "character")
+    for row in cycle_rows(diagram.branches):
+        stuck = row["sticking_s"] / row["period"]
+        yield {key: row[key] for key in kept} | {"stuck": stuck, "multiplier": row["multiplier_1"]}

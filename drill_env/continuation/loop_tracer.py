@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 
 from drill_env._types import FloatArray
+from drill_env.continuation.along_branch import ended, known, typical_sizes
 from drill_env.continuation.branch import Corrector, Point, StepRule, at_edge, follow, oriented
 from drill_env.continuation.crossings import crossings
 from drill_env.continuation.flow import CycleError
@@ -20,8 +21,6 @@ from drill_env.continuation.special import Segment, SpecialPoint, special_points
 from drill_env.continuation.tracer import CycleBranch, Progress
 
 _MAX_POINTS = 2000
-# Cycles smaller than this share of their speed have shrunk to the equilibrium.
-_VANISHED = 4e-3
 # A cycle changes to the next number of control periods past the middle between both.
 _SWITCH = 0.6
 
@@ -59,8 +58,8 @@ class LoopTracer:
         state, mode, along = self._critical_mode(birth)
         size = float(np.clip(0.02 * birth.omega, 1e-3, 0.05))
         z = np.append(state + size * mode, [birth.period, birth.parameter])
-        clock = OwnClock(self._loop, self._scale(z))
-        tangent = along / self._scale(z)
+        clock = OwnClock(self._loop, typical_sizes(z))
+        tangent = along / typical_sizes(z)
         tangent /= np.linalg.norm(tangent)
         # Across the equilibria: along them Newton's method could shrink the cycle to a point.
         border = np.eye(len(z))[2]
@@ -87,30 +86,13 @@ class LoopTracer:
             except CycleError as error:
                 self.failures.append(f"simulation at set point {setpoint:.6g}: {error}")
                 continue
-            if z is None or self._known(z):
+            if z is None or known(self.branches, z):
                 continue
-            clock = OwnClock(self._loop, self._scale(z))
+            clock = OwnClock(self._loop, typical_sizes(z))
             axis = np.eye(len(z))[-1]
             for side in (1.0, -1.0):
                 start = f"stable cycle found by simulation at {setpoint:.6g}"
                 self._trace(clock, z, axis, side * axis, start)
-
-    def _known(self, z: FloatArray) -> bool:
-        for branch in self.branches:
-            values = np.array([p.cycle.parameter for p in branch.points])
-            peaks = np.array([p.cycle.max for p in branch.points])
-            for i in np.flatnonzero((values[:-1] - z[-1]) * (values[1:] - z[-1]) <= 0.0).tolist():
-                peak = np.interp(z[-1], *_rising(values[i : i + 2], peaks[i : i + 2]))
-                # A settled motion is known at its samples only.
-                if abs(peak - z[2]) < 0.05 * (1.0 + abs(z[2])):
-                    return True
-        return False
-
-    def _scale(self, z: FloatArray) -> FloatArray:
-        size = max(1.0, abs(float(z[2])))
-        scale = size + 4.0 + np.abs(z)
-        scale[0], scale[2], scale[-2], scale[-1] = 0.5 * size + 1.0, size + 9.0, z[-2], 1.0
-        return scale
 
     def _trace(
         self, clock: OwnClock, z: FloatArray, border: FloatArray, way: FloatArray, start: str
@@ -136,7 +118,7 @@ class LoopTracer:
         here, step = points[-1], rule.first
         while len(points) < _MAX_POINTS:
             for point in follow(corrector, here, dataclasses.replace(rule, first=step)):
-                if reason := self._ended(point):
+                if reason := ended(point, self._low, self._high):
                     last = at_edge(corrector, here, point, (self._low, self._high))
                     points += [] if last is None else [last]
                     return reason
@@ -160,19 +142,6 @@ class LoopTracer:
         except CycleError as error:
             self.failures.append(f"special points between {a.z[-1]:.9g} and {b.z[-1]:.9g}: {error}")
 
-    def _ended(self, point: Point) -> str:
-        value, cycle = float(point.z[-1]), point.cycle
-        if not self._low <= value <= self._high:
-            return f"left the range at {self._low if value < self._low else self._high:.6g}"
-        if cycle.max - cycle.min < _VANISHED * max(abs(cycle.max), 0.1):
-            return f"shrank to an equilibrium at {value:.6g}"
-        return ""
-
 
 def _last(branch: CycleBranch) -> float:
     return branch.points[-1].cycle.parameter
-
-
-def _rising(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    order = np.argsort(x)
-    return x[order], y[order]

@@ -1,7 +1,7 @@
 """Compiled torques that an effect's ports are, on discs whose motion is known."""
 
 from drill_env._jit import inlined, kernel
-from drill_env.effects.signal import respond
+from drill_env.effects.signal import clear_ports, respond
 from drill_env.friction.kernels import lower_sliding
 
 
@@ -31,16 +31,6 @@ def lower_size(p, speed):
     """Size (Nm) of the lower disc's own friction."""
     torque = lower_sliding(p, speed)
     return 0.0 if p.clamp and torque < 0.0 else torque
-
-
-@kernel
-def clear(out, s):
-    """Nothing added to the ports."""
-    out.volts = out.torque_u = out.torque_l = out.string = 0.0
-    out.size_u = out.size_l = out.scale_u = out.scale_l = out.inertia_u = 0.0
-    out.angle_u = out.angle_l = 0.0
-    out.drive = 1.0
-    out.read_l = s.speed_l
 
 
 @kernel
@@ -95,5 +85,5 @@ def torque_on_lower(p, s, out):
 @kernel
 def ask(p, e, s, out):
     """Let the effect add to clear ports."""
-    clear(out, s)
+    clear_ports(out, s)
     respond(e.code, p, e, s, out)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+import sys
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
@@ -54,13 +56,10 @@ class Effect:
     """Physics that the rig of the paper leaves out.
 
     Attributes:
-        id: name in files and reports.
         component: where it sits.
         equation: the disc whose equation of motion it enters.
         depends_on: what it is a function of.
         parameters: its numbers, in the order of the kernel's `q`.
-        formula: what is added, in the symbols of the paper.
-        meaning: one plain sentence for a report.
         neighbours: effects it is easily confused with.
         aliases: effects that no recording tells from it.
         source: reference.
@@ -92,16 +91,19 @@ class Effect:
         kernel: function of (p, e, s, out), made by the decorator `response`: the rig's parameters,
             its own numbers `e.q` and inner states `e.z`, whose rates `e.rate` it sets, the signal
             at the instant, and the ports of the equations of motion that it adds to.
+        id: name in files and reports; by default that of the kernel.
+        formula: what is added, in the symbols of the paper; by default the kernel's docstring.
+        meaning: one plain sentence for a report; by default the docstring of the kernel's module.
     """
 
-    id: str
     component: Component
     equation: Equation
     depends_on: str
     parameters: tuple[EffectParameter, ...]
-    formula: str
-    meaning: str
     kernel: Any
+    id: str = ""
+    formula: str = ""
+    meaning: str = ""
     neighbours: tuple[str, ...] = ()
     aliases: tuple[str, ...] = ()
     source: str = ""
@@ -123,6 +125,14 @@ class Effect:
     last: bool = False
     senses: bool = False
     common: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.id:
+            object.__setattr__(self, "id", self.kernel.function.__name__)
+        if not self.formula:
+            object.__setattr__(self, "formula", _told(self.kernel.function).rstrip("."))
+        if not self.meaning:
+            object.__setattr__(self, "meaning", _told(sys.modules[self.kernel.__module__]))
 
     @property
     def follows_time(self) -> bool:
@@ -156,6 +166,10 @@ class Effect:
                     f"{parameter.low:g} to {parameter.high:g} {parameter.unit}"
                 )
         return vector
+
+
+def _told(documented: object) -> str:
+    return inspect.cleandoc(documented.__doc__ or "").partition("\n")[0]
 
 
 HEAVIEST = 1e5

@@ -17,7 +17,8 @@ def give_way(e, s, rest, omega, side, distance):
     left = 1.0 - side * e.z[0]
     if branch(e, s, 0, _NONE_LEFT - left) > 0:
         e.rate[0] = 0.0 * omega
-        if s.settle:
+        # The switch that closes may be another effect's, where the disc has just turned back.
+        if s.settle and left.real < 10.0 * _NONE_LEFT:
             e.z[0] = side
     else:
         e.rate[0] = omega * left / distance

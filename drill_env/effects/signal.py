@@ -4,7 +4,7 @@ import numpy as np
 from numba import from_dtype, types
 from numba.core.typing.templates import signature
 
-from drill_env._jit import caller, inlined, unit
+from drill_env._jit import caller, inlined, kernel, unit
 from drill_env.parameters.record import PARAMETERS
 
 SIGNAL = np.dtype(
@@ -127,6 +127,17 @@ RESPOND_SLOPES = signature(
 """An effect's function in complex arithmetic, for its exact derivatives by complex steps."""
 
 respond_slopes = caller(RESPOND_SLOPES)
+
+
+@kernel
+def clear_ports(out, s):
+    """Nothing added, the lower law read at the disc's own speed."""
+    out.volts = out.torque_u = out.torque_l = out.string = 0.0
+    out.size_u = out.size_l = out.scale_u = out.scale_l = out.inertia_u = 0.0
+    out.angle_u = out.angle_l = 0.0
+    out.drive = 1.0
+    out.read_l = s.speed_l
+
 
 RESTING = 0.15
 """Speed (rad/s) of the upper disc that counts as rest at the start."""

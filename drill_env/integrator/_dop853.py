@@ -77,251 +77,87 @@ def dop853_stages(p, run, work, tab, h, us):
     x, v, w = ys[0, 0], ys[0, 1], ys[0, 2]
     x0, v0, w0 = k[0, 0], k[0, 1], k[0, 2]
     x1, v1, w1 = keep_stage(
-        p,
-        run,
-        work,
-        tab,
-        h,
-        int64(1),
+        p, run, work, tab, h, int64(1),
         x + h * (A1_0 * x0),
         v + h * (A1_0 * v0),
-        w + h * (A1_0 * w0),
-        us[0],
-    )
+        w + h * (A1_0 * w0), us[0],
+    )  # fmt: skip
     x2, v2, w2 = keep_stage(
-        p,
-        run,
-        work,
-        tab,
-        h,
-        int64(2),
+        p, run, work, tab, h, int64(2),
         x + h * (A2_0 * x0 + A2_1 * x1),
         v + h * (A2_0 * v0 + A2_1 * v1),
-        w + h * (A2_0 * w0 + A2_1 * w1),
-        us[1],
-    )
+        w + h * (A2_0 * w0 + A2_1 * w1), us[1],
+    )  # fmt: skip
     x3, v3, w3 = keep_stage(
-        p,
-        run,
-        work,
-        tab,
-        h,
-        int64(3),
+        p, run, work, tab, h, int64(3),
         x + h * (A3_0 * x0 + A3_2 * x2),
         v + h * (A3_0 * v0 + A3_2 * v2),
-        w + h * (A3_0 * w0 + A3_2 * w2),
-        us[2],
-    )
+        w + h * (A3_0 * w0 + A3_2 * w2), us[2],
+    )  # fmt: skip
     x4, v4, w4 = keep_stage(
-        p,
-        run,
-        work,
-        tab,
-        h,
-        int64(4),
+        p, run, work, tab, h, int64(4),
         x + h * (A4_0 * x0 + A4_2 * x2 + A4_3 * x3),
         v + h * (A4_0 * v0 + A4_2 * v2 + A4_3 * v3),
-        w + h * (A4_0 * w0 + A4_2 * w2 + A4_3 * w3),
-        us[3],
-    )
+        w + h * (A4_0 * w0 + A4_2 * w2 + A4_3 * w3), us[3],
+    )  # fmt: skip
     x5, v5, w5 = keep_stage(
-        p,
-        run,
-        work,
-        tab,
-        h,
-        int64(5),
+        p, run, work, tab, h, int64(5),
         x + h * (A5_0 * x0 + A5_3 * x3 + A5_4 * x4),
         v + h * (A5_0 * v0 + A5_3 * v3 + A5_4 * v4),
-        w + h * (A5_0 * w0 + A5_3 * w3 + A5_4 * w4),
-        us[4],
-    )
+        w + h * (A5_0 * w0 + A5_3 * w3 + A5_4 * w4), us[4],
+    )  # fmt: skip
     x6, v6, w6 = keep_stage(
-        p,
-        run,
-        work,
-        tab,
-        h,
-        int64(6),
+        p, run, work, tab, h, int64(6),
         x + h * (A6_0 * x0 + A6_3 * x3 + A6_4 * x4 + A6_5 * x5),
         v + h * (A6_0 * v0 + A6_3 * v3 + A6_4 * v4 + A6_5 * v5),
-        w + h * (A6_0 * w0 + A6_3 * w3 + A6_4 * w4 + A6_5 * w5),
-        us[5],
-    )
+        w + h * (A6_0 * w0 + A6_3 * w3 + A6_4 * w4 + A6_5 * w5), us[5],
+    )  # fmt: skip
     x7, v7, w7 = keep_stage(
-        p,
-        run,
-        work,
-        tab,
-        h,
-        int64(7),
+        p, run, work, tab, h, int64(7),
         x + h * (A7_0 * x0 + A7_3 * x3 + A7_4 * x4 + A7_5 * x5 + A7_6 * x6),
         v + h * (A7_0 * v0 + A7_3 * v3 + A7_4 * v4 + A7_5 * v5 + A7_6 * v6),
-        w + h * (A7_0 * w0 + A7_3 * w3 + A7_4 * w4 + A7_5 * w5 + A7_6 * w6),
-        us[6],
-    )
+        w + h * (A7_0 * w0 + A7_3 * w3 + A7_4 * w4 + A7_5 * w5 + A7_6 * w6), us[6],
+    )  # fmt: skip
     x8, v8, w8 = keep_stage(
-        p,
-        run,
-        work,
-        tab,
-        h,
-        int64(8),
+        p, run, work, tab, h, int64(8),
         x + h * (A8_0 * x0 + A8_3 * x3 + A8_4 * x4 + A8_5 * x5 + A8_6 * x6 + A8_7 * x7),
         v + h * (A8_0 * v0 + A8_3 * v3 + A8_4 * v4 + A8_5 * v5 + A8_6 * v6 + A8_7 * v7),
-        w + h * (A8_0 * w0 + A8_3 * w3 + A8_4 * w4 + A8_5 * w5 + A8_6 * w6 + A8_7 * w7),
-        us[7],
-    )
+        w + h * (A8_0 * w0 + A8_3 * w3 + A8_4 * w4 + A8_5 * w5 + A8_6 * w6 + A8_7 * w7), us[7],
+    )  # fmt: skip
     x9, v9, w9 = keep_stage(
-        p,
-        run,
-        work,
-        tab,
-        h,
-        int64(9),
+        p, run, work, tab, h, int64(9),
         x + h * (A9_0 * x0 + A9_3 * x3 + A9_4 * x4 + A9_5 * x5 + A9_6 * x6 + A9_7 * x7 + A9_8 * x8),
         v + h * (A9_0 * v0 + A9_3 * v3 + A9_4 * v4 + A9_5 * v5 + A9_6 * v6 + A9_7 * v7 + A9_8 * v8),
         w + h * (A9_0 * w0 + A9_3 * w3 + A9_4 * w4 + A9_5 * w5 + A9_6 * w6 + A9_7 * w7 + A9_8 * w8),
         us[8],
-    )
+    )  # fmt: skip
     x10, v10, w10 = keep_stage(
-        p,
-        run,
-        work,
-        tab,
-        h,
-        int64(10),
-        x
-        + h
-        * (
-            A10_0 * x0
-            + A10_3 * x3
-            + A10_4 * x4
-            + A10_5 * x5
-            + A10_6 * x6
-            + A10_7 * x7
-            + A10_8 * x8
-            + A10_9 * x9
-        ),
-        v
-        + h
-        * (
-            A10_0 * v0
-            + A10_3 * v3
-            + A10_4 * v4
-            + A10_5 * v5
-            + A10_6 * v6
-            + A10_7 * v7
-            + A10_8 * v8
-            + A10_9 * v9
-        ),
-        w
-        + h
-        * (
-            A10_0 * w0
-            + A10_3 * w3
-            + A10_4 * w4
-            + A10_5 * w5
-            + A10_6 * w6
-            + A10_7 * w7
-            + A10_8 * w8
-            + A10_9 * w9
-        ),
-        us[9],
-    )
+        p, run, work, tab, h, int64(10),
+        x + h * (A10_0 * x0 + A10_3 * x3 + A10_4 * x4 + A10_5 * x5 + A10_6 * x6 + A10_7 * x7
+        + A10_8 * x8 + A10_9 * x9),
+        v + h * (A10_0 * v0 + A10_3 * v3 + A10_4 * v4 + A10_5 * v5 + A10_6 * v6 + A10_7 * v7
+        + A10_8 * v8 + A10_9 * v9),
+        w + h * (A10_0 * w0 + A10_3 * w3 + A10_4 * w4 + A10_5 * w5 + A10_6 * w6 + A10_7 * w7
+        + A10_8 * w8 + A10_9 * w9), us[9],
+    )  # fmt: skip
     x11, v11, w11 = keep_stage(
-        p,
-        run,
-        work,
-        tab,
-        h,
-        int64(11),
-        x
-        + h
-        * (
-            A11_0 * x0
-            + A11_3 * x3
-            + A11_4 * x4
-            + A11_5 * x5
-            + A11_6 * x6
-            + A11_7 * x7
-            + A11_8 * x8
-            + A11_9 * x9
-            + A11_10 * x10
-        ),
-        v
-        + h
-        * (
-            A11_0 * v0
-            + A11_3 * v3
-            + A11_4 * v4
-            + A11_5 * v5
-            + A11_6 * v6
-            + A11_7 * v7
-            + A11_8 * v8
-            + A11_9 * v9
-            + A11_10 * v10
-        ),
-        w
-        + h
-        * (
-            A11_0 * w0
-            + A11_3 * w3
-            + A11_4 * w4
-            + A11_5 * w5
-            + A11_6 * w6
-            + A11_7 * w7
-            + A11_8 * w8
-            + A11_9 * w9
-            + A11_10 * w10
-        ),
-        us[10],
-    )
+        p, run, work, tab, h, int64(11),
+        x + h * (A11_0 * x0 + A11_3 * x3 + A11_4 * x4 + A11_5 * x5 + A11_6 * x6 + A11_7 * x7
+        + A11_8 * x8 + A11_9 * x9 + A11_10 * x10),
+        v + h * (A11_0 * v0 + A11_3 * v3 + A11_4 * v4 + A11_5 * v5 + A11_6 * v6 + A11_7 * v7
+        + A11_8 * v8 + A11_9 * v9 + A11_10 * v10),
+        w + h * (A11_0 * w0 + A11_3 * w3 + A11_4 * w4 + A11_5 * w5 + A11_6 * w6 + A11_7 * w7
+        + A11_8 * w8 + A11_9 * w9 + A11_10 * w10), us[10],
+    )  # fmt: skip
     keep_stage(
-        p,
-        run,
-        work,
-        tab,
-        h,
-        int64(LAST),
-        x
-        + h
-        * (
-            A12_0 * x0
-            + A12_5 * x5
-            + A12_6 * x6
-            + A12_7 * x7
-            + A12_8 * x8
-            + A12_9 * x9
-            + A12_10 * x10
-            + A12_11 * x11
-        ),
-        v
-        + h
-        * (
-            A12_0 * v0
-            + A12_5 * v5
-            + A12_6 * v6
-            + A12_7 * v7
-            + A12_8 * v8
-            + A12_9 * v9
-            + A12_10 * v10
-            + A12_11 * v11
-        ),
-        w
-        + h
-        * (
-            A12_0 * w0
-            + A12_5 * w5
-            + A12_6 * w6
-            + A12_7 * w7
-            + A12_8 * w8
-            + A12_9 * w9
-            + A12_10 * w10
-            + A12_11 * w11
-        ),
-        us[11],
-    )
+        p, run, work, tab, h, int64(LAST),
+        x + h * (A12_0 * x0 + A12_5 * x5 + A12_6 * x6 + A12_7 * x7 + A12_8 * x8 + A12_9 * x9
+        + A12_10 * x10 + A12_11 * x11),
+        v + h * (A12_0 * v0 + A12_5 * v5 + A12_6 * v6 + A12_7 * v7 + A12_8 * v8 + A12_9 * v9
+        + A12_10 * v10 + A12_11 * v11),
+        w + h * (A12_0 * w0 + A12_5 * w5 + A12_6 * w6 + A12_7 * w7 + A12_8 * w8 + A12_9 * w9
+        + A12_10 * w10 + A12_11 * w11), us[11],
+    )  # fmt: skip
     ys[LAST, 3] = ys[0, 3] + h * (
         A12_0 * k[0, 3]
         + A12_5 * k[5, 3]

@@ -5,10 +5,11 @@ states of their own. Corners and jumps are switches; each holds its branch withi
 it as a disc's stick or slip does.
 """
 
-from drill_env._jit import entry, kernel, placed, unit
+from drill_env._jit import kernel, placed, unit
 from drill_env.dynamics.kernels import clamp_event
-from drill_env.effects.signal import ENTRY, respond
+from drill_env.effects.signal import ENTRY, clear_ports, respond
 from drill_env.friction.kernels import lower_sliding, upper_sliding
+from drill_env.integrator._resting import LOWER, UPPER, choose_push, keep_held, settle_rates
 from drill_env.integrator._step import dense_at, inner_at
 from drill_env.integrator._voltage_piece import past_voltage_at, voltage_at, voltage_slope
 from drill_env.integrator.records import SPARE
@@ -17,7 +18,6 @@ from drill_env.integrator.signatures import CHANGE, GAP, RATES, STAGE, call_rate
 entry_at = placed(ENTRY)
 
 STICK, SLIP, REVERSAL, SWITCH = 0, 1, 2, 6
-UPPER, LOWER = 0, 1
 _FIRST_SWITCH = 3
 
 
@@ -50,16 +50,6 @@ def law_elsewhere(p, speed):
     """The same at a speed that is not the disc's own, whose clamping no event tells."""
     torque = lower_sliding(p, speed)
     return max(torque, 0.0) if p.clamp else torque
-
-
-@kernel
-def clear_ports(out, s):
-    """Nothing added."""
-    out.volts = out.torque_u = out.torque_l = out.string = 0.0
-    out.size_u = out.size_l = out.scale_u = out.scale_l = out.inertia_u = 0.0
-    out.angle_u = out.angle_l = 0.0
-    out.drive = 1.0
-    out.read_l = s.speed_l
 
 
 @kernel
@@ -102,27 +92,6 @@ def pulls(p, work, u):
     return net_u, net_l, size_u, size_l
 
 
-@kernel
-def keep_held(work, disc, place, size, pull):
-    """What stiction has left (Nm) on one side of a disc at rest, against the pull along it."""
-    work.held[disc, place] = size - pull
-    work.driving[disc, place] = min(size, 0.0)
-
-
-@kernel
-def choose_push(run, work, disc):
-    """Direction in which a disc at rest would leave; returns what stiction has left in it.
-
-    Friction and effects may differ on both sides of rest. Where both drive the disc away, as less
-    friction than none does, the pull itself decides.
-    """
-    back, ahead = work.held[disc, 0], work.held[disc, 1]
-    if back < 0.0 and ahead < 0.0:
-        back, ahead = back - work.driving[disc, 0], ahead - work.driving[disc, 1]
-    run.push[disc] = 1 if ahead <= back else -1
-    return min(back, ahead)
-
-
 @unit(RATES)
 def rates_with_effects(p, run, work, row, t, u):
     """Rates of the state and the inner states of a row, and all event functions there.
@@ -142,10 +111,14 @@ def rates_with_effects(p, run, work, row, t, u):
             break
         keep_held(work, UPPER, attempt, size_u, push[0] * net_u)
         keep_held(work, LOWER, attempt, size_l, push[1] * net_l)
+        for r in range(work.inner):
+            work.kz_sides[attempt, r] = work.kz[row, r]
         if attempt == 1:
             held_u, held_l = choose_push(run, work, UPPER), choose_push(run, work, LOWER)
             if (mode[0] != 0 or push[0] == 1) and (mode[1] != 0 or push[1] == 1):
                 break
+    if rests and work.inner > 0:
+        settle_rates(run, work, row)
     work.net[0], work.net[1] = net_u, net_l
     y = work.ys[row]
     k[0], k[3] = y[1] - y[2], y[2]
@@ -265,35 +238,3 @@ def choose_modes(p, run, work, attempt):
     if p.clamp:
         speed = abs(run.y[2])
         run.mode[2] = 0 if speed <= p.clamp_low else (1 if speed <= p.clamp_high else 2)
-
-
-@entry
-def rates_along(p, run, work, code, volts, states, rates):
-    """Rates in given states, both discs turning forward under constant voltages.
-
-    Args:
-        p: record of `PARAMETERS`.
-        run: record of `RUN`.
-        work: record of `WORK`, told of the effects.
-        code: address of `rates_with_effects`.
-        volts: V, shape (n,).
-        states: twist, omega_u, omega_l, then the inner states, shape (n, 3 + inner).
-        rates: filled with their rates, shape (n, 3 + inner).
-    """
-    run.mode[0] = run.mode[1] = 1
-    run.mode[2] = 0
-    work.coefficients = work.late = 1
-    work.start, work.end = 0.0, 1.0
-    work.signal.choose = 1
-    for k in range(volts.size):
-        work.piece[0] = work.past[0] = volts[k]
-        for i in range(3):
-            work.ys[SPARE, i] = states[k, i]
-        work.ys[SPARE, 3] = 0.0
-        for r in range(work.inner):
-            work.zs[SPARE, r] = states[k, 3 + r]
-        call_rates(code, p, run, work, SPARE, 0.0, volts[k])
-        for i in range(3):
-            rates[k, i] = work.k[SPARE, i]
-        for r in range(work.inner):
-            rates[k, 3 + r] = work.kz[SPARE, r]

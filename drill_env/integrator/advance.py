@@ -1,7 +1,5 @@
 """Compiled event-driven integration through a piecewise-polynomial voltage."""
 
-from math import inf
-
 from numba import int64
 
 from drill_env._jit import (
@@ -9,24 +7,28 @@ from drill_env._jit import (
     entry,
     inlined,
     kernel,
-    number_at,
     store_number,
     store_whole,
     unit,
 )
-from drill_env.integrator._events import LOWER, LOWER_LAW, first_event
+from drill_env.integrator._events import LOWER_LAW, first_event
 from drill_env.integrator._step import dense_at, fill_rates, inner_at
+from drill_env.integrator._step_size import (
+    CHATTER_LIMIT,
+    DONE,
+    LOG_FULL,
+    TOO_MANY_STEPS,
+    adapt,
+    choose_step,
+    next_sample,
+    reject,
+)
 from drill_env.integrator._variational import copy_sensitivity
 from drill_env.integrator._voltage_piece import load_piece, voltage_at
-from drill_env.integrator.modes import MAXIMUM, MINIMUM, change, note, overdue
+from drill_env.integrator.modes import change, note_turn, overdue
 from drill_env.integrator.records import N_STATE
 from drill_env.integrator.signatures import ADVANCE, call_advance, call_fill, call_step
 
-DONE, LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS = 0, 1, 2, 3
-
-# So many mode changes at one instant are chatter: one tiny step is then taken as it is.
-_CHATTER_LIMIT = 12
-_CHATTER_STEP = 1e-7
 _NO_TIME = 1e-13
 # One step may log this many events.
 _LOG_MARGIN = 8
@@ -56,12 +58,6 @@ def pass_overdue(p, run, work, tab):
     return False
 
 
-@inlined
-def next_sample(run, work):
-    """Time of the next sample (s), infinity after the last one."""
-    return number_at(work.t_eval, run.sample) if run.sample < work.samples else inf
-
-
 @kernel
 def rest_to_end(run, work):
     """Both discs stuck under a constant voltage: nothing moves until the piece ends."""
@@ -81,62 +77,6 @@ def end_sample(run, work):
     if work.sensitivity:
         copy_sensitivity(work, run.sample)
     run.sample += 1
-
-
-@inlined
-def choose_step(run, work):
-    """Step to try, and the time at which it ends exactly (or infinity)."""
-    target = work.end
-    if work.sensitivity:
-        # Sensitivities have no dense output: end a step at every sample.
-        target = min(target, next_sample(run, work))
-    limit = target - run.t
-    h = min(run.h, work.max_step)
-    if run.chatter >= _CHATTER_LIMIT:
-        h = min(h, _CHATTER_STEP)
-    if h >= limit * (1.0 - 1e-9):
-        return limit, target
-    # Two equal steps rather than a step and a sliver.
-    return min(h, 0.5 * limit) if h > 0.5 * limit else h, 1e300
-
-
-@kernel
-def reject(run, tab, h, error):
-    """Shorten the next try; a collapse of the step is a failure."""
-    run.rejected += 1
-    factor = 0.8 * error ** (-1.0 / tab.order) if error == error else 0.1
-    run.h = h * max(0.2, factor)
-    return STEP_TOO_SMALL if run.h < 1e-14 * (1.0 + abs(run.t)) else DONE
-
-
-@kernel
-def adapt(run, tab, h, clipped, error):
-    """Set the next step from the error of an accepted one."""
-    # Slow growth: the friction is steep near rest, and a long step into it is lost.
-    grow = 2.0 if error < 1e-3 else min(2.0, 0.8 * error ** (-1.0 / tab.order))
-    new = h * max(grow, 0.3)
-    # A step cut short by a sample or a jump says nothing against longer ones.
-    run.h = max(new, run.h) if clipped and grow >= 1.0 else new
-
-
-@kernel
-def note_turn(run, work, tab, h):
-    """Log the turning point of omega_l inside the step."""
-    first = work.k[0, 2]
-    a, b = 0.0, 1.0
-    for _ in range(60):
-        s = 0.5 * (a + b)
-        slope = 0.0
-        for m in range(tab.degree - 1, -1, -1):
-            slope = slope * s + (m + 1) * work.dense[2, m]
-        if slope * first > 0.0:
-            a = s
-        else:
-            b = s
-    s = 0.5 * (a + b)
-    for i in range(N_STATE):
-        work.turn[i] = dense_at(work, tab, i, s)
-    note(work, run, run.t + s * h, LOWER, MAXIMUM if first > 0.0 else MINIMUM, work.turn)
 
 
 @inlined
@@ -200,7 +140,7 @@ def keep_inner(run, work, last):
 def one_step(p, run, work, tab):
     """One try: a mode change, a rest, a rejected or an accepted step."""
     load_rates(p, run, work, tab)
-    watching = run.chatter < _CHATTER_LIMIT
+    watching = run.chatter < CHATTER_LIMIT
     if watching and pass_overdue(p, run, work, tab):
         return DONE
     if watching and run.mode[0] == 0 and run.mode[1] == 0 and work.restless == 0:

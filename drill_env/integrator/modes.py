@@ -1,13 +1,9 @@
 """Compiled slip/stick transitions: which mode follows which."""
 
 from drill_env._jit import entry, inlined, kernel, placed
-from drill_env.dynamics.kernels import (
-    lower_margin,
-    lower_rate,
-    upper_margin,
-    upper_rate,
-)
+from drill_env.dynamics.kernels import lower_margin, lower_rate, upper_margin, upper_rate
 from drill_env.integrator._events import CLOSED, LOWER, LOWER_LAW, UPPER
+from drill_env.integrator._step import dense_at
 from drill_env.integrator.records import EVENT, N_STATE
 from drill_env.integrator.signatures import call_change
 
@@ -90,6 +86,26 @@ def note(work, run, t, which, kind, y):
     for i in range(N_STATE):
         entry.y[i] = y[i]
     run.logged += 1
+
+
+@kernel
+def note_turn(run, work, tab, h):
+    """Log the turning point of omega_l inside the step."""
+    first = work.k[0, 2]
+    a, b = 0.0, 1.0
+    for _ in range(60):
+        s = 0.5 * (a + b)
+        slope = 0.0
+        for m in range(tab.degree - 1, -1, -1):
+            slope = slope * s + (m + 1) * work.dense[2, m]
+        if slope * first > 0.0:
+            a = s
+        else:
+            b = s
+    s = 0.5 * (a + b)
+    for i in range(N_STATE):
+        work.turn[i] = dense_at(work, tab, i, s)
+    note(work, run, run.t + s * h, LOWER, MAXIMUM if first > 0.0 else MINIMUM, work.turn)
 
 
 @kernel

@@ -103,6 +103,7 @@ WORK = np.dtype(
         # Of each disc at rest on its side -1 and 1: stiction left, and friction below none, Nm.
         ("held", "f8", (2, 2)),
         ("driving", "f8", (2, 2)),
+        ("kz_sides", "f8", (2, MOST_INNER)),  # rates of the inner states on both sides
         ("signal", SIGNAL),
         ("ports", PORTS),
         # Of rigs with effects whose sensitivities are asked for: address of a record of `SLOPES`

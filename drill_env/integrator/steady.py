@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.integrator.acting import rates_along, rates_with_effects
+from drill_env.integrator._vector_field import rates_along
+from drill_env.integrator.acting import rates_with_effects
 from drill_env.integrator.prepared import Prepared
 from drill_env.integrator.records import RUN, new_work
 from drill_env.parameters import Rig

@@ -9,11 +9,7 @@ from scipy import integrate
 from drill_env._types import FloatArray
 from drill_env.integrator._bs23 import bs23_sensitivity
 from drill_env.integrator._dopri5_variational import dopri5_sensitivity
-from drill_env.integrator._effect_slopes import (
-    carry_with_effects,
-    jump_after_event,
-    mark_event,
-)
+from drill_env.integrator._effect_slopes import carry_with_effects, jump_after_event, mark_event
 from drill_env.integrator._pairs import (
     bs23_fill,
     bs23_step,

@@ -13,6 +13,7 @@ from drill_env.report.bifurcation_picture import (
     STABLE,
     UNSTABLE,
     blank,
+    draw_cycles,
     draw_recorded,
     mark_points,
     save,
@@ -22,7 +23,7 @@ _WAYS = {"up": ("^", "#1f5fa8"), "down": ("v", "#e08e2b")}
 
 
 def extended_figure(diagram: ExtendedDiagram, recorded: pd.DataFrame | None = None) -> Figure:
-    """Equilibria as lines, what the rig settles on as marks, over the voltage.
+    """Equilibria and limit cycles as lines, what the rig settles on as marks, over the voltage.
 
     Args:
         diagram: of a rig with effects.
@@ -39,6 +40,8 @@ def extended_figure(diagram: ExtendedDiagram, recorded: pd.DataFrame | None = No
         for column in ("min", "max"):
             label = f"settled, voltage going {way}" if column == "min" else None
             axes.plot(rows.voltage, rows[column], mark, ms=4.0, color=colour, label=label)
+    ends = np.array([0.0, diagram.to_volts])
+    draw_cycles(axes, diagram.branches, "limit cycles", np.array([ends, ends]))
     draw_recorded(axes, recorded)
     mark_points(axes, diagram.points)
     axes.set_xlim(0.0, diagram.to_volts)

@@ -14,7 +14,6 @@ def actuator_lag(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="actuator_lag",
     component="actuator",
     equation="upper",
     depends_on="voltage",
@@ -22,29 +21,12 @@ EFFECT = Effect(
         shape(
             "time_constant",
             "s",
-            (
-                0.004,
-                0.008,
-                0.015,
-                0.03,
-                0.05,
-                0.08,
-                0.12,
-                0.2,
-                0.3,
-                0.5,
-            ),
+            (0.004, 0.008, 0.015, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3, 0.5),
             low=0.0001,
             high=20.0,
         ),
     ),
-    formula="km (v - u), time_constant dv/dt = u - v",
-    meaning="The motor's torque follows the voltage with a lag.",
     kernel=actuator_lag,
     states=1,
-    neighbours=(
-        "input_delay",
-        "slew_limit",
-        "gear_compliance",
-    ),
+    neighbours=("input_delay", "slew_limit", "gear_compliance"),
 )

@@ -11,7 +11,6 @@ def amplifier_deadzone(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="amplifier_deadzone",
     component="actuator",
     equation="upper",
     depends_on="voltage",
@@ -19,28 +18,12 @@ EFFECT = Effect(
         shape(
             "width",
             "V",
-            (
-                0.02,
-                0.05,
-                0.1,
-                0.15,
-                0.2,
-                0.3,
-                0.4,
-                0.5,
-                0.7,
-                1.0,
-            ),
+            (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0),
             low=0.0001,
             high=10.0,
         ),
     ),
-    formula="-km clip(u, -width, width)",
-    meaning="The amplifier ignores small voltages.",
     kernel=amplifier_deadzone,
     switches=2,
-    neighbours=(
-        "upper_stribeck",
-        "gear_backlash",
-    ),
+    neighbours=("upper_stribeck", "gear_backlash"),
 )

@@ -3,6 +3,11 @@
 from drill_env.effects._effect import Effect, shape
 from drill_env.effects.signal import clipped, response
 
+_LEVELS = (
+    0.6, 0.8, 1.0, 1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 2.75, 3.0, 3.25, 3.5, 3.75, 4.0, 4.25, 4.5,
+    4.75, 4.9,
+)  # fmt: skip
+
 
 @response
 def amplifier_saturation(p, e, s, out):
@@ -11,45 +16,11 @@ def amplifier_saturation(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="amplifier_saturation",
     component="actuator",
     equation="upper",
     depends_on="voltage",
-    parameters=(
-        shape(
-            "level",
-            "V",
-            (
-                0.6,
-                0.8,
-                1.0,
-                1.25,
-                1.5,
-                1.75,
-                2.0,
-                2.25,
-                2.5,
-                2.75,
-                3.0,
-                3.25,
-                3.5,
-                3.75,
-                4.0,
-                4.25,
-                4.5,
-                4.75,
-                4.9,
-            ),
-            low=0.05,
-            high=100.0,
-        ),
-    ),
-    formula="km (clip(u, -level, level) - u)",
-    meaning="The amplifier delivers no more than a limit.",
+    parameters=(shape("level", "V", _LEVELS, low=0.05, high=100.0),),
     kernel=amplifier_saturation,
     switches=2,
-    neighbours=(
-        "supply_sag",
-        "slew_limit",
-    ),
+    neighbours=("supply_sag", "slew_limit"),
 )

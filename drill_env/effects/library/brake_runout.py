@@ -13,29 +13,14 @@ def brake_runout(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="brake_runout",
     component="lower",
     equation="lower",
     depends_on="theta_l",
     parameters=(
         amplitude("runout", "1", 0.05, most=0.99, signed=False),
         phase(),
-        shape(
-            "order",
-            "1",
-            (
-                1.0,
-                2.0,
-                3.0,
-                4.0,
-            ),
-            low=0.2,
-            high=100.0,
-            form=0.0,
-        ),
+        shape("order", "1", (1.0, 2.0, 3.0, 4.0), low=0.2, high=100.0, form=0.0),
     ),
-    formula="-runout cos(order theta_l + phase) T_fl",
-    meaning="The brake disc is not flat: friction changes with its angle.",
     kernel=brake_runout,
     autonomous=False,
     neighbours=("unbalance",),

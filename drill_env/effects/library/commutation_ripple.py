@@ -14,7 +14,6 @@ def commutation_ripple(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="commutation_ripple",
     component="actuator",
     equation="upper",
     depends_on="theta_u",
@@ -23,8 +22,6 @@ EFFECT = Effect(
         phase(),
         shape("order", "1", ORDERS, low=1.5, high=500.0, form=0.0),
     ),
-    formula="km u depth cos(order theta_u + phase)",
-    meaning="The motor's torque constant changes with its angle, as the current is commutated.",
     kernel=commutation_ripple,
     autonomous=False,
     neighbours=("gear_eccentricity", "torque_ripple"),

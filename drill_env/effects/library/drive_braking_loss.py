@@ -1,4 +1,4 @@
-"""The motor gives less torque where it brakes."""
+"""The motor gives less torque, or more, where it brakes than where it drives."""
 
 from drill_env.effects._effect import Effect, amplitude
 from drill_env.effects.signal import branch, response
@@ -13,17 +13,11 @@ def drive_braking_loss(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="drive_braking_loss",
     component="actuator",
     equation="upper",
     depends_on="voltage",
     parameters=(amplitude("loss", "1", 0.05, most=0.9),),
-    formula="-km loss u where u omega_u < 0",
-    meaning="The motor gives less torque, or more, where it brakes than where it drives.",
     kernel=drive_braking_loss,
     switches=1,
-    neighbours=(
-        "upper_load_friction",
-        "gain_asymmetry",
-    ),
+    neighbours=("upper_load_friction", "gain_asymmetry"),
 )

@@ -14,32 +14,15 @@ def dwell_stiction(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="dwell_stiction",
     component="lower",
     equation="lower",
     depends_on="dwell time",
     parameters=(
         amplitude("torque", "Nm", 0.003, most=HEAVIEST, signed=False),
-        shape(
-            "time_constant",
-            "s",
-            (
-                0.2,
-                0.7,
-                2.5,
-                9.0,
-            ),
-            low=0.005,
-            high=1000.0,
-        ),
+        shape("time_constant", "s", (0.2, 0.7, 2.5, 9.0), low=0.005, high=1000.0),
     ),
-    formula="holds torque (1 - e^(-dwell/time_constant)) more, until it slips",
-    meaning="The brake sticks harder the longer it rests.",
     kernel=dwell_stiction,
-    neighbours=(
-        "lower_stribeck",
-        "rate_state",
-    ),
+    neighbours=("lower_stribeck", "rate_state"),
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994)",
     at_rest=True,
     only_at_rest=True,

@@ -11,28 +11,10 @@ def encoder_delay_lower(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="encoder_delay_lower",
     component="sensor",
     equation="lower",
     depends_on="omega_l",
-    parameters=(
-        shape(
-            "delay",
-            "s",
-            (
-                0.01,
-                0.02,
-                0.03,
-                0.05,
-                0.08,
-                0.12,
-            ),
-            low=0.0,
-            high=0.5,
-        ),
-    ),
-    formula="theta_l(t - delay) - theta_l(t) on the reading",
-    meaning="The lower encoder reports late.",
+    parameters=(shape("delay", "s", (0.01, 0.02, 0.03, 0.05, 0.08, 0.12), low=0.0, high=0.5),),
     kernel=encoder_delay_lower,
     delay="delay",
     neighbours=("string_damping",),

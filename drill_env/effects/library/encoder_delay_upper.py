@@ -11,28 +11,10 @@ def encoder_delay_upper(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="encoder_delay_upper",
     component="sensor",
     equation="upper",
     depends_on="omega_u",
-    parameters=(
-        shape(
-            "delay",
-            "s",
-            (
-                0.01,
-                0.02,
-                0.03,
-                0.05,
-                0.08,
-                0.12,
-            ),
-            low=0.0,
-            high=0.5,
-        ),
-    ),
-    formula="theta_u(t - delay) - theta_u(t) on the reading",
-    meaning="The upper encoder reports late.",
+    parameters=(shape("delay", "s", (0.01, 0.02, 0.03, 0.05, 0.08, 0.12), low=0.0, high=0.5),),
     kernel=encoder_delay_upper,
     delay="delay",
     neighbours=("input_delay",),

@@ -13,16 +13,10 @@ def encoder_eccentricity_lower(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="encoder_eccentricity_lower",
     component="sensor",
     equation="lower",
     depends_on="theta_l",
-    parameters=(
-        amplitude("error", "rad", 0.003, most=0.5, signed=False),
-        phase(),
-    ),
-    formula="error cos(theta_l + phase) on the reading",
-    meaning="The lower encoder's disc is off centre.",
+    parameters=(amplitude("error", "rad", 0.003, most=0.5, signed=False), phase()),
     kernel=encoder_eccentricity_lower,
     neighbours=("unbalance",),
     senses=True,

@@ -13,16 +13,10 @@ def encoder_eccentricity_upper(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="encoder_eccentricity_upper",
     component="sensor",
     equation="upper",
     depends_on="theta_u",
-    parameters=(
-        amplitude("error", "rad", 0.003, most=0.5, signed=False),
-        phase(),
-    ),
-    formula="error cos(theta_u + phase) on the reading",
-    meaning="The upper encoder's disc is off centre.",
+    parameters=(amplitude("error", "rad", 0.003, most=0.5, signed=False), phase()),
     kernel=encoder_eccentricity_upper,
     neighbours=("gear_eccentricity",),
     senses=True,

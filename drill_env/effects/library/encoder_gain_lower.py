@@ -11,13 +11,10 @@ def encoder_gain_lower(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="encoder_gain_lower",
     component="sensor",
     equation="lower",
     depends_on="theta_l",
     parameters=(amplitude("error", "1", 0.001, most=0.5),),
-    formula="error theta_l on the reading",
-    meaning="The lower encoder's counts per revolution are wrong.",
     kernel=encoder_gain_lower,
     neighbours=("missed_counts_lower",),
     senses=True,

@@ -11,18 +11,11 @@ def friction_drift(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="friction_drift",
     component="lower",
     equation="lower",
     depends_on="time",
     parameters=(amplitude("drift", "1/min", 0.05, most=3.0),),
-    formula="-drift t/(60 s) T_fl",
-    meaning="The brake's friction drifts (it dries).",
     kernel=friction_drift,
     autonomous=False,
-    neighbours=(
-        "wear",
-        "friction_heating",
-        "friction_settling",
-    ),
+    neighbours=("wear", "friction_heating", "friction_settling"),
 )

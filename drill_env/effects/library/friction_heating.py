@@ -14,34 +14,14 @@ def friction_heating(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="friction_heating",
     component="lower",
     equation="lower",
     depends_on="time",
     parameters=(
         amplitude("loss", "1", 0.05, most=0.95, signed=False),
-        shape(
-            "time_constant",
-            "s",
-            (
-                3.0,
-                6.0,
-                12.0,
-                25.0,
-                50.0,
-                120.0,
-            ),
-            low=2.0,
-            high=10000.0,
-        ),
+        shape("time_constant", "s", (3.0, 6.0, 12.0, 25.0, 50.0, 120.0), low=2.0, high=10000.0),
     ),
-    formula="loss h T_fl, time_constant dh/dt = T_l |omega_l|/(0.5 W) - h",
-    meaning="The brake's friction falls as it warms.",
     kernel=friction_heating,
     states=1,
-    neighbours=(
-        "friction_drift",
-        "wear",
-        "friction_settling",
-    ),
+    neighbours=("friction_drift", "wear", "friction_settling"),
 )

@@ -14,7 +14,6 @@ def friction_lag(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="friction_lag",
     component="lower",
     equation="lower",
     depends_on="omega_l",
@@ -22,29 +21,14 @@ EFFECT = Effect(
         shape(
             "time_constant",
             "s",
-            (
-                0.005,
-                0.01,
-                0.02,
-                0.04,
-                0.08,
-                0.15,
-                0.3,
-                0.6,
-            ),
+            (0.005, 0.01, 0.02, 0.04, 0.08, 0.15, 0.3, 0.6),
             low=0.0005,
             high=20.0,
         ),
     ),
-    formula="-sign(omega_l) (T_l(w) - T_l(|omega_l|)), time_constant dw/dt = |omega_l| - w",
-    meaning="The brake's torque follows the speed late.",
     kernel=friction_lag,
     states=1,
-    neighbours=(
-        "rate_state",
-        "presliding",
-        "string_damping",
-    ),
+    neighbours=("rate_state", "presliding", "string_damping"),
     source="Hess and Soom, J. Tribology 112 (1990)",
     at_rest=True,
 )

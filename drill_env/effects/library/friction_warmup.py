@@ -13,29 +13,13 @@ def friction_warmup(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="friction_warmup",
     component="upper",
     equation="upper",
     depends_on="time",
     parameters=(
         amplitude("excess", "1", 0.05, most=3.0, signed=False),
-        shape(
-            "time_constant",
-            "s",
-            (
-                3.0,
-                6.0,
-                12.0,
-                25.0,
-                50.0,
-                100.0,
-            ),
-            low=2.0,
-            high=1000.0,
-        ),
+        shape("time_constant", "s", (3.0, 6.0, 12.0, 25.0, 50.0, 100.0), low=2.0, high=1000.0),
     ),
-    formula="-excess e^(-t/time_constant) T_fu",
-    meaning="The upper bearing's friction falls as it warms.",
     kernel=friction_warmup,
     autonomous=False,
     neighbours=("motor_heating",),

@@ -11,13 +11,10 @@ def gain_asymmetry(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="gain_asymmetry",
     component="actuator",
     equation="upper",
     depends_on="voltage",
     parameters=(amplitude("asymmetry", "1", 0.02, most=0.9),),
-    formula="km asymmetry |u|",
-    meaning="The drive is stronger in one direction.",
     kernel=gain_asymmetry,
     switches=1,
     neighbours=("upper_quadratic_drag",),

@@ -13,7 +13,6 @@ def gear_compliance(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="gear_compliance",
     component="upper",
     equation="upper",
     depends_on="voltage",
@@ -21,17 +20,7 @@ EFFECT = Effect(
         shape(
             "frequency",
             "Hz",
-            (
-                0.9,
-                1.5,
-                2.4,
-                3.8,
-                6.0,
-                9.5,
-                15.0,
-                24.0,
-                38.0,
-            ),
+            (0.9, 1.5, 2.4, 3.8, 6.0, 9.5, 15.0, 24.0, 38.0),
             low=0.1,
             high=200.0,
             form=0.003,
@@ -42,15 +31,10 @@ EFFECT = Effect(
     ),
     formula="motor_share J_u behind a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu; "
     "the two ring at `frequency`",
-    meaning="The drive's gear is springy.",
     kernel=gear_compliance,
     states=2,
     switches=1,
     replaces_balance=True,
     refined_within=True,
-    neighbours=(
-        "actuator_lag",
-        "gear_backlash",
-        "upper_resonator",
-    ),
+    neighbours=("actuator_lag", "gear_backlash", "upper_resonator"),
 )

@@ -13,20 +13,11 @@ def gear_eccentricity(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="gear_eccentricity",
     component="upper",
     equation="upper",
     depends_on="theta_u",
-    parameters=(
-        amplitude("eccentricity", "1", 0.02, most=1.0, signed=False),
-        phase(),
-    ),
-    formula="km u eccentricity cos(theta_u + phase)",
-    meaning="A gear runs out of true: the drive's torque varies once a turn.",
+    parameters=(amplitude("eccentricity", "1", 0.02, most=1.0, signed=False), phase()),
     kernel=gear_eccentricity,
     autonomous=False,
-    neighbours=(
-        "torque_ripple",
-        "encoder_eccentricity_upper",
-    ),
+    neighbours=("torque_ripple", "encoder_eccentricity_upper"),
 )

@@ -11,7 +11,6 @@ def input_delay(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="input_delay",
     component="actuator",
     equation="upper",
     depends_on="voltage",
@@ -19,31 +18,14 @@ EFFECT = Effect(
         shape(
             "delay",
             "s",
-            (
-                0.01,
-                0.015,
-                0.02,
-                0.03,
-                0.04,
-                0.06,
-                0.08,
-                0.12,
-                0.16,
-                0.2,
-                0.3,
-            ),
+            (0.01, 0.015, 0.02, 0.03, 0.04, 0.06, 0.08, 0.12, 0.16, 0.2, 0.3),
             low=0.0,
             high=0.5,
         ),
     ),
-    formula="km (u(t - delay) - u(t))",
-    meaning="The voltage acts late.",
     kernel=input_delay,
     passing=True,
     delay="delay",
-    neighbours=(
-        "actuator_lag",
-        "slew_limit",
-    ),
+    neighbours=("actuator_lag", "slew_limit"),
     aliases=("encoder_delay_both",),
 )

@@ -11,13 +11,10 @@ def load_dependent_friction(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="load_dependent_friction",
     component="upper",
     equation="upper",
     depends_on="twist",
     parameters=(amplitude("coefficient", "1", 0.05, most=5.0, signed=False, form=0.04),),
-    formula="-sign(omega_u) coefficient |ktheta twist|",
-    meaning="The upper bearing rubs harder under the string's torque.",
     kernel=load_dependent_friction,
     switches=1,
     neighbours=("string_asymmetry",),

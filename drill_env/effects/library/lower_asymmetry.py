@@ -11,13 +11,10 @@ def lower_asymmetry(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="lower_asymmetry",
     component="lower",
     equation="lower",
     depends_on="omega_l",
     parameters=(amplitude("asymmetry", "1", 0.02, most=0.95),),
-    formula="-asymmetry T_l(|omega_l|)",
-    meaning="The brake rubs harder in one direction.",
     kernel=lower_asymmetry,
     neighbours=("lower_disturbance",),
 )

@@ -1,4 +1,4 @@
-"""A body on a spring swings at the lower disc."""
+"""A body on a spring, such as a frame, swings at the lower disc."""
 
 from drill_env.effects._effect import Effect
 from drill_env.effects._resonator import NUMBERS, swing
@@ -12,18 +12,13 @@ def lower_resonator(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="lower_resonator",
     component="lower",
     equation="lower",
     depends_on="omega_l",
     parameters=NUMBERS,
     formula="share Jl (w^2 z + 2 damping w dz/dt), "
     "d2z/dt2 = -w^2 z - 2 damping w dz/dt - domega_l/dt, w = 2 pi frequency",
-    meaning="A body on a spring, such as a frame, swings at the lower disc.",
     kernel=lower_resonator,
     states=2,
-    neighbours=(
-        "string_inertia",
-        "string_damping",
-    ),
+    neighbours=("string_inertia", "string_damping"),
 )

@@ -13,35 +13,17 @@ def lower_stribeck(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="lower_stribeck",
     component="lower",
     equation="lower",
     depends_on="omega_l",
     parameters=(
         amplitude("torque", "Nm", 0.001, most=HEAVIEST, signed=False),
         shape(
-            "velocity",
-            "rad/s",
-            (
-                0.02,
-                0.05,
-                0.1,
-                0.2,
-                0.4,
-                0.8,
-            ),
-            low=0.001,
-            form=0.02,
-            high=20.0,
+            "velocity", "rad/s", (0.02, 0.05, 0.1, 0.2, 0.4, 0.8), low=0.001, form=0.02, high=20.0
         ),
     ),
-    formula="-sign(omega_l) torque exp(-|omega_l|/velocity)",
-    meaning="The brake grips harder near rest than the law says.",
     kernel=lower_stribeck,
-    neighbours=(
-        "dwell_stiction",
-        "friction_lag",
-    ),
+    neighbours=("dwell_stiction", "friction_lag"),
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994)",
     at_rest=True,
 )

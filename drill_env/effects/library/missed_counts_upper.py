@@ -15,28 +15,13 @@ def missed_counts_upper(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="missed_counts_upper",
     component="sensor",
     equation="upper",
     depends_on="omega_u",
     parameters=(
         amplitude("share", "1", 0.001, most=0.5, signed=False),
-        shape(
-            "speed",
-            "rad/s",
-            (
-                2.0,
-                4.0,
-                6.0,
-                8.0,
-                10.0,
-            ),
-            low=0.0,
-            high=100.0,
-        ),
+        shape("speed", "rad/s", (2.0, 4.0, 6.0, 8.0, 10.0), low=0.0, high=100.0),
     ),
-    formula="-share of the way above the speed on the reading",
-    meaning="The upper encoder loses counts when it turns fast.",
     kernel=missed_counts_upper,
     states=1,
     switches=2,

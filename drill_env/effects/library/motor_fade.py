@@ -1,4 +1,4 @@
-"""The motor's constant falls after the start and settles."""
+"""The motor gets weaker, or stronger, after the start and settles."""
 
 from numpy import exp
 
@@ -13,34 +13,15 @@ def motor_fade(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="motor_fade",
     component="actuator",
     equation="upper",
     depends_on="time",
     parameters=(
         amplitude("loss", "1", 0.05, most=0.9),
-        shape(
-            "time_constant",
-            "s",
-            (
-                3.0,
-                6.0,
-                12.0,
-                25.0,
-                50.0,
-                100.0,
-            ),
-            low=0.5,
-            high=1000.0,
-        ),
+        shape("time_constant", "s", (3.0, 6.0, 12.0, 25.0, 50.0, 100.0), low=0.5, high=1000.0),
     ),
-    formula="-km loss (1 - e^(-t/time_constant)) u",
-    meaning="The motor gets weaker, or stronger, after the start and settles.",
     kernel=motor_fade,
     autonomous=False,
-    neighbours=(
-        "motor_heating",
-        "friction_warmup",
-    ),
+    neighbours=("motor_heating", "friction_warmup"),
     rigs_own_if_early=True,
 )

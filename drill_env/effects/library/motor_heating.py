@@ -14,33 +14,14 @@ def motor_heating(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="motor_heating",
     component="actuator",
     equation="upper",
     depends_on="time",
     parameters=(
         amplitude("loss", "1", 0.05, most=0.9, signed=False),
-        shape(
-            "time_constant",
-            "s",
-            (
-                5.0,
-                10.0,
-                20.0,
-                40.0,
-                80.0,
-                200.0,
-            ),
-            low=2.0,
-            high=10000.0,
-        ),
+        shape("time_constant", "s", (5.0, 10.0, 20.0, 40.0, 80.0, 200.0), low=2.0, high=10000.0),
     ),
-    formula="-km loss h u, time_constant dh/dt = u^2/(9 V^2) - h",
-    meaning="The motor loses torque as it warms.",
     kernel=motor_heating,
     states=1,
-    neighbours=(
-        "friction_warmup",
-        "motor_fade",
-    ),
+    neighbours=("friction_warmup", "motor_fade"),
 )

@@ -17,36 +17,16 @@ def presliding(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="presliding",
     component="lower",
     equation="lower",
     depends_on="theta_l",
     parameters=(
-        shape(
-            "distance",
-            "rad",
-            (
-                0.005,
-                0.01,
-                0.02,
-                0.04,
-                0.08,
-                0.15,
-                0.3,
-            ),
-            low=0.0002,
-            high=3.0,
-        ),
+        shape("distance", "rad", (0.005, 0.01, 0.02, 0.04, 0.08, 0.15, 0.3), low=0.0002, high=3.0),
     ),
-    formula="(sign(omega_l) - z) T_l, distance dz/dt = omega_l (1 - sign(omega_l) z)",
-    meaning="The brake yields elastically before it slides (Dahl).",
     kernel=presliding,
     states=1,
     switches=1,
-    neighbours=(
-        "friction_lag",
-        "string_hysteresis",
-    ),
+    neighbours=("friction_lag", "string_hysteresis"),
     source="Dahl, Aerospace Corp. TOR-0158 (1968)",
     at_rest=True,
 )

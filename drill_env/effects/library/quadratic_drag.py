@@ -11,16 +11,10 @@ def quadratic_drag(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="quadratic_drag",
     component="lower",
     equation="lower",
     depends_on="omega_l",
     parameters=(amplitude("coefficient", "Nm s^2/rad^2", 5e-05, most=HEAVIEST, signed=False),),
-    formula="-coefficient |omega_l| omega_l",
-    meaning="The lower disc meets a drag that grows with the square of its speed.",
     kernel=quadratic_drag,
-    neighbours=(
-        "whirl_drag",
-        "lower_stribeck",
-    ),
+    neighbours=("whirl_drag", "lower_stribeck"),
 )

@@ -24,38 +24,19 @@ def rate_state(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="rate_state",
     component="lower",
     equation="lower",
     depends_on="omega_l",
     parameters=(
         amplitude("torque", "Nm", 0.001, most=HEAVIEST, signed=False),
-        shape(
-            "distance",
-            "rad",
-            (
-                0.02,
-                0.05,
-                0.1,
-                0.2,
-                0.5,
-                1.0,
-                2.0,
-            ),
-            low=0.001,
-            high=50.0,
-        ),
+        shape("distance", "rad", (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0), low=0.001, high=50.0),
         shape("speed", "rad/s", (0.1, 0.7), low=0.001, high=50.0),
     ),
     formula="-sign(omega_l) torque ln((1 + sharp psi)/(1 + sharp psi_s)), dpsi/dt = 1 - psi/psi_s, "
     "sharp = speed/distance, psi_s = distance/(|omega_l| + speed/20)",
-    meaning="The brake remembers how long it has been in contact (rate and state).",
     kernel=rate_state,
     states=1,
-    neighbours=(
-        "friction_lag",
-        "dwell_stiction",
-    ),
+    neighbours=("friction_lag", "dwell_stiction"),
     source="Dieterich, J. Geophys. Res. 84 (1979); Ruina (1983)",
     at_rest=True,
 )

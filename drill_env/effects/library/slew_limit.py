@@ -3,7 +3,7 @@
 from drill_env.effects._effect import Effect, shape
 from drill_env.effects.signal import at_start, response
 
-# So near, in V, it has arrived.
+# So near, in V, it has arrived: a voltage that begins at 0 begins there but for rounding.
 _REACHED = 1e-9
 # Where no event is located it has arrived when so many seconds would do.
 _SOON = 5e-3
@@ -16,7 +16,7 @@ def slew_limit(p, e, s, out):
         e.z[0] = at_start(s)
     gap = s.u - e.z[0]
     if s.choose and s.first:
-        e.side[0] = 1 if gap.real > 0.0 else -1
+        e.side[0] = 0 if abs(gap) <= _REACHED else (1 if gap.real > 0.0 else -1)
     if s.choose and (e.side[0] * gap).real <= 0.0:
         e.side[0] = 1 if gap.real > 0.0 else -1
         if abs(gap) <= e.q[0].real * _SOON:
@@ -38,7 +38,6 @@ def slew_limit(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="slew_limit",
     component="actuator",
     equation="upper",
     depends_on="voltage",
@@ -46,33 +45,14 @@ EFFECT = Effect(
         shape(
             "rate",
             "V/s",
-            (
-                2.0,
-                4.0,
-                7.0,
-                10.0,
-                15.0,
-                20.0,
-                30.0,
-                45.0,
-                70.0,
-                100.0,
-                150.0,
-                250.0,
-                400.0,
-            ),
+            (2.0, 4.0, 7.0, 10.0, 15.0, 20.0, 30.0, 45.0, 70.0, 100.0, 150.0, 250.0, 400.0),
             low=0.1,
             high=100000.0,
         ),
     ),
-    formula="km (v - u), |dv/dt| <= rate, v follows u",
-    meaning="The amplifier changes its voltage no faster than a limit.",
     kernel=slew_limit,
     passing=True,
     states=1,
     switches=1,
-    neighbours=(
-        "actuator_lag",
-        "input_delay",
-    ),
+    neighbours=("actuator_lag", "input_delay"),
 )

@@ -1,4 +1,4 @@
-"""The drive gives way little by little as it comes to its limit."""
+"""The drive gives way little by little as it comes to its limit, as iron saturates."""
 
 from drill_env.effects._effect import Effect, shape
 from drill_env.effects.signal import response, size_of
@@ -14,7 +14,6 @@ def soft_saturation(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="soft_saturation",
     component="actuator",
     equation="upper",
     depends_on="voltage",
@@ -22,8 +21,6 @@ EFFECT = Effect(
         shape("level", "V", (1.0, 2.0, 3.0, 4.0, 5.0), low=0.05, high=1000.0),
         shape("softness", "1", (0.5, 0.2), low=0.02, high=2.0),
     ),
-    formula="km (u/(1 + |u/level|^(1/softness))^softness - u)",
-    meaning="The drive gives way little by little as it comes to its limit, as iron saturates.",
     kernel=soft_saturation,
     switches=1,
     limit=("softness", "amplifier_saturation"),

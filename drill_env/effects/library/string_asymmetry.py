@@ -11,17 +11,11 @@ def string_asymmetry(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="string_asymmetry",
     component="string",
     equation="both",
     depends_on="twist",
     parameters=(amplitude("coefficient", "Nm/rad", 0.002, most=HEAVIEST),),
-    formula="-+coefficient |twist|",
-    meaning="The string is stiffer in one direction.",
     kernel=string_asymmetry,
     switches=1,
-    neighbours=(
-        "string_hardening",
-        "load_dependent_friction",
-    ),
+    neighbours=("string_hardening", "load_dependent_friction"),
 )

@@ -14,30 +14,13 @@ def string_creep(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="string_creep",
     component="string",
     equation="both",
     depends_on="twist",
     parameters=(
         amplitude("compliance", "1", 0.03, most=0.9, signed=False),
-        shape(
-            "time_constant",
-            "s",
-            (
-                0.5,
-                1.0,
-                2.0,
-                4.0,
-                8.0,
-                16.0,
-                32.0,
-            ),
-            low=0.02,
-            high=1000.0,
-        ),
+        shape("time_constant", "s", (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0), low=0.02, high=1000.0),
     ),
-    formula="+-compliance ktheta z, time_constant dz/dt = twist - z",
-    meaning="The string creeps under load.",
     kernel=string_creep,
     states=1,
     neighbours=("string_hysteresis",),

@@ -11,16 +11,10 @@ def string_damping(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="string_damping",
     component="string",
     equation="both",
     depends_on="omega_u - omega_l",
     parameters=(amplitude("damping", "Nm s/rad", 0.0005, most=HEAVIEST, signed=False),),
-    formula="-+damping (omega_u - omega_l)",
-    meaning="The string has damping of its own.",
     kernel=string_damping,
-    neighbours=(
-        "encoder_delay_lower",
-        "quadratic_drag",
-    ),
+    neighbours=("encoder_delay_lower", "quadratic_drag"),
 )

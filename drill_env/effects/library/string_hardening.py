@@ -11,13 +11,10 @@ def string_hardening(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="string_hardening",
     component="string",
     equation="both",
     depends_on="twist",
     parameters=(amplitude("coefficient", "Nm/rad^3", 0.0001, most=HEAVIEST),),
-    formula="-+coefficient twist^3",
-    meaning="The string stiffens with twist.",
     kernel=string_hardening,
     neighbours=("string_asymmetry",),
 )

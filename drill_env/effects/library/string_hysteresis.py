@@ -16,37 +16,17 @@ def string_hysteresis(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="string_hysteresis",
     component="string",
     equation="both",
     depends_on="twist",
     parameters=(
         amplitude("torque", "Nm", 0.002, most=HEAVIEST, signed=False),
-        shape(
-            "width",
-            "rad",
-            (
-                0.05,
-                0.1,
-                0.2,
-                0.4,
-                0.8,
-                1.6,
-                3.0,
-            ),
-            low=0.005,
-            high=50.0,
-        ),
+        shape("width", "rad", (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.0), low=0.005, high=50.0),
     ),
-    formula="-+torque z, width dz/dt = dtwist/dt - (|dtwist/dt| z + dtwist/dt |z|)/2",
-    meaning="The string's torque depends on its past (Bouc-Wen).",
     kernel=string_hysteresis,
     autonomous=False,
     states=1,
     switches=2,
-    neighbours=(
-        "string_creep",
-        "presliding",
-    ),
+    neighbours=("string_creep", "presliding"),
     source="Wen, J. Eng. Mech. 102 (1976)",
 )

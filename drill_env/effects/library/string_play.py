@@ -11,7 +11,6 @@ def string_play(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="string_play",
     component="string",
     equation="both",
     depends_on="twist",
@@ -19,27 +18,13 @@ EFFECT = Effect(
         shape(
             "gap",
             "rad",
-            (
-                0.02,
-                0.05,
-                0.1,
-                0.15,
-                0.2,
-                0.3,
-                0.45,
-                0.6,
-            ),
+            (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 0.6),
             low=0.001,
             form=0.05,
             high=20.0,
         ),
     ),
-    formula="+-ktheta clip(twist, -gap/2, gap/2)",
-    meaning="The string's clamp has play.",
     kernel=string_play,
     switches=2,
-    neighbours=(
-        "string_hardening",
-        "lower_stribeck",
-    ),
+    neighbours=("string_hardening", "lower_stribeck"),
 )

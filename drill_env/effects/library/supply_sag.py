@@ -11,17 +11,11 @@ def supply_sag(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="supply_sag",
     component="actuator",
     equation="upper",
     depends_on="voltage",
     parameters=(amplitude("sag", "1/V", 0.01, most=0.19, signed=False),),
-    formula="-km sag |u| u",
-    meaning="The supply gives way under load.",
     kernel=supply_sag,
     switches=1,
-    neighbours=(
-        "amplifier_saturation",
-        "upper_quadratic_drag",
-    ),
+    neighbours=("amplifier_saturation", "upper_quadratic_drag"),
 )

@@ -19,24 +19,14 @@ def torque_ripple(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="torque_ripple",
     component="actuator",
     equation="upper",
     depends_on="theta_u",
     parameters=(
         amplitude("torque", "Nm", 0.02, most=HEAVIEST, signed=False),
         phase(),
-        shape(
-            "order",
-            "1",
-            ORDERS,
-            low=1.5,
-            high=500.0,
-            form=0.0,
-        ),
+        shape("order", "1", ORDERS, low=1.5, high=500.0, form=0.0),
     ),
-    formula="torque cos(order theta_u + phase)",
-    meaning="The motor's torque ripples with its angle (cogging).",
     kernel=torque_ripple,
     autonomous=False,
     neighbours=("gear_eccentricity",),

@@ -13,20 +13,11 @@ def unbalance(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="unbalance",
     component="lower",
     equation="lower",
     depends_on="theta_l",
-    parameters=(
-        amplitude("torque", "Nm", 0.002, most=HEAVIEST, signed=False),
-        phase(),
-    ),
-    formula="torque cos(theta_l + phase)",
-    meaning="The lower disc is out of balance.",
+    parameters=(amplitude("torque", "Nm", 0.002, most=HEAVIEST, signed=False), phase()),
     kernel=unbalance,
     autonomous=False,
-    neighbours=(
-        "encoder_eccentricity_lower",
-        "brake_runout",
-    ),
+    neighbours=("encoder_eccentricity_lower", "brake_runout"),
 )

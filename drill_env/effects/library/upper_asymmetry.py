@@ -11,13 +11,10 @@ def upper_asymmetry(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="upper_asymmetry",
     component="upper",
     equation="upper",
     depends_on="omega_u",
     parameters=(amplitude("damping", "Nm s/rad", 0.02, most=HEAVIEST),),
-    formula="-damping |omega_u|",
-    meaning="The upper disc is damped more in one direction than in the other.",
     kernel=upper_asymmetry,
     neighbours=("upper_offset", "gain_asymmetry"),
     stands_for="dbu",

@@ -15,7 +15,6 @@ def upper_disturbance(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="upper_disturbance",
     component="upper",
     equation="upper",
     depends_on="time",
@@ -25,28 +24,12 @@ EFFECT = Effect(
         shape(
             "frequency",
             "Hz",
-            (
-                0.1,
-                0.2,
-                0.3,
-                0.5,
-                0.7,
-                1.0,
-                1.5,
-                2.0,
-                3.0,
-                4.5,
-                6.5,
-                10.0,
-                15.0,
-            ),
+            (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.5, 6.5, 10.0, 15.0),
             low=0.005,
             high=200.0,
             form=0.0,
         ),
     ),
-    formula="torque cos(2 pi frequency t + phase)",
-    meaning="Something outside shakes the upper disc at a fixed frequency.",
     kernel=upper_disturbance,
     autonomous=False,
     swings="frequency",

@@ -36,30 +36,15 @@ def upper_friction_lag(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="upper_friction_lag",
     component="upper",
     equation="upper",
     depends_on="omega_u",
     parameters=(
         amplitude("torque", "Nm", 0.1, most=HEAVIEST, signed=False),
         shape(
-            "time_constant",
-            "s",
-            (
-                0.001,
-                0.002,
-                0.005,
-                0.01,
-                0.02,
-                0.05,
-                0.1,
-            ),
-            low=1e-4,
-            high=5.0,
+            "time_constant", "s", (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1), low=1e-4, high=5.0
         ),
     ),
-    formula="(sign(omega_u) - z) torque, time_constant dz/dt = sign(omega_u) - z",
-    meaning="The upper disc's Coulomb friction follows a reversal late.",
     kernel=upper_friction_lag,
     states=1,
     last=True,

@@ -11,13 +11,10 @@ def upper_load_friction(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="upper_load_friction",
     component="upper",
     equation="upper",
     depends_on="voltage",
     parameters=(amplitude("coefficient", "1", 0.05, most=5.0, signed=False),),
-    formula="-sign(omega_u) coefficient |km u|",
-    meaning="The axis rubs harder under the torque of its drive.",
     kernel=upper_load_friction,
     switches=1,
     # With another motor constant it is a motor that gives more torque where it brakes.

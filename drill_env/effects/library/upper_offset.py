@@ -11,12 +11,10 @@ def upper_offset(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="upper_offset",
     component="upper",
     equation="upper",
     depends_on="time",
     parameters=(amplitude("torque", "Nm", 0.02, most=HEAVIEST),),
-    formula="-torque",
     meaning="A constant torque acts on the upper disc, or its Coulomb friction differs with "
     "direction, which is the same.",
     kernel=upper_offset,

@@ -17,7 +17,6 @@ def upper_presliding(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="upper_presliding",
     component="upper",
     equation="upper",
     depends_on="theta_u",
@@ -26,24 +25,11 @@ EFFECT = Effect(
         shape(
             "distance",
             "rad",
-            (
-                4e-6,
-                1e-5,
-                2e-5,
-                5e-5,
-                1e-4,
-                3e-4,
-                1e-3,
-                5e-3,
-                0.02,
-                0.1,
-            ),
+            (4e-6, 1e-5, 2e-5, 5e-5, 1e-4, 3e-4, 1e-3, 5e-3, 0.02, 0.1),
             low=1e-7,
             high=3.0,
         ),
     ),
-    formula="(sign(omega_u) - z) torque, distance dz/dt = omega_u (1 - sign(omega_u) z)",
-    meaning="The upper disc yields elastically before it slides (Dahl).",
     kernel=upper_presliding,
     states=1,
     switches=1,

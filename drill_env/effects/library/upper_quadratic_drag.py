@@ -11,13 +11,10 @@ def upper_quadratic_drag(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="upper_quadratic_drag",
     component="upper",
     equation="upper",
     depends_on="omega_u",
     parameters=(amplitude("coefficient", "Nm s^2/rad^2", 0.005, most=HEAVIEST, signed=False),),
-    formula="-coefficient |omega_u| omega_u",
-    meaning="The upper disc meets a drag that grows with the square of its speed.",
     kernel=upper_quadratic_drag,
     neighbours=("supply_sag",),
 )

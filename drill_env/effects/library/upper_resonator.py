@@ -1,4 +1,4 @@
-"""A body on a spring swings at the upper disc."""
+"""A body on a spring, such as a frame, swings at the upper disc."""
 
 from drill_env.effects._effect import Effect
 from drill_env.effects._resonator import NUMBERS, swing
@@ -12,18 +12,13 @@ def upper_resonator(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="upper_resonator",
     component="upper",
     equation="upper",
     depends_on="omega_u",
     parameters=NUMBERS,
     formula="share Ju (w^2 z + 2 damping w dz/dt), "
     "d2z/dt2 = -w^2 z - 2 damping w dz/dt - domega_u/dt, w = 2 pi frequency",
-    meaning="A body on a spring, such as a frame, swings at the upper disc.",
     kernel=upper_resonator,
     states=2,
-    neighbours=(
-        "gear_compliance",
-        "string_inertia",
-    ),
+    neighbours=("gear_compliance", "string_inertia"),
 )

@@ -11,7 +11,6 @@ def upper_spring(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="upper_spring",
     component="upper",
     equation="upper",
     depends_on="theta_u",
@@ -19,13 +18,8 @@ EFFECT = Effect(
         amplitude("stiffness", "Nm/rad", 0.02, most=HEAVIEST, signed=False),
         shape("centre", "rad", (0.0,), low=-1000.0, high=1000.0, form=0.0),
     ),
-    formula="-stiffness (theta_u - centre)",
-    meaning="A spring, a cable or a hose pulls the upper disc back.",
     kernel=upper_spring,
     autonomous=False,
-    neighbours=(
-        "upper_unbalance",
-        "upper_offset",
-    ),
+    neighbours=("upper_unbalance", "upper_offset"),
     axis_only=True,
 )

@@ -13,30 +13,13 @@ def upper_stribeck(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="upper_stribeck",
     component="upper",
     equation="upper",
     depends_on="omega_u",
     parameters=(
         amplitude("torque", "Nm", 0.02, most=HEAVIEST, signed=False),
-        shape(
-            "velocity",
-            "rad/s",
-            (
-                0.03,
-                0.07,
-                0.15,
-                0.3,
-                0.6,
-                1.0,
-                1.6,
-            ),
-            low=0.001,
-            high=20.0,
-        ),
+        shape("velocity", "rad/s", (0.03, 0.07, 0.15, 0.3, 0.6, 1.0, 1.6), low=0.001, high=20.0),
     ),
-    formula="-sign(omega_u) torque exp(-|omega_u|/velocity)",
-    meaning="The upper disc's friction is higher at low speed.",
     kernel=upper_stribeck,
     neighbours=("amplifier_deadzone",),
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994)",

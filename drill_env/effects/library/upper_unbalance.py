@@ -1,4 +1,4 @@
-"""The upper disc, or what the axis carries, is out of balance: a pendulum."""
+"""The upper disc, or what the axis carries, is out of balance (a pendulum)."""
 
 from numpy import cos
 
@@ -13,23 +13,13 @@ def upper_unbalance(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="upper_unbalance",
     component="upper",
     equation="upper",
     depends_on="theta_u",
-    parameters=(
-        amplitude("torque", "Nm", 0.02, most=HEAVIEST, signed=False),
-        phase(),
-    ),
-    formula="torque cos(theta_u + phase)",
-    meaning="The upper disc, or what the axis carries, is out of balance (a pendulum).",
+    parameters=(amplitude("torque", "Nm", 0.02, most=HEAVIEST, signed=False), phase()),
     kernel=upper_unbalance,
     autonomous=False,
-    neighbours=(
-        "encoder_eccentricity_upper",
-        "gear_eccentricity",
-        "upper_spring",
-    ),
+    neighbours=("encoder_eccentricity_upper", "gear_eccentricity", "upper_spring"),
     axis_only=True,
     common=True,
 )

@@ -1,4 +1,4 @@
-"""The upper disc is damped in proportion to its speed."""
+"""The upper disc is damped in proportion to its speed (viscous)."""
 
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude
 from drill_env.effects.signal import response
@@ -11,13 +11,10 @@ def upper_viscous(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="upper_viscous",
     component="upper",
     equation="upper",
     depends_on="omega_u",
     parameters=(amplitude("damping", "Nm s/rad", 0.1, most=HEAVIEST, signed=False),),
-    formula="-damping omega_u",
-    meaning="The upper disc is damped in proportion to its speed (viscous).",
     kernel=upper_viscous,
     neighbours=("upper_quadratic_drag", "upper_coulomb"),
     stands_for="bu",

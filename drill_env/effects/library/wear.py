@@ -16,32 +16,15 @@ def wear(p, e, s, out):
 
 
 EFFECT = Effect(
-    id="wear",
     component="lower",
     equation="lower",
     depends_on="distance",
     parameters=(
         amplitude("loss", "1", 0.05, most=0.95),
-        shape(
-            "distance",
-            "rad",
-            (
-                25.0,
-                80.0,
-                250.0,
-                800.0,
-            ),
-            low=1.0,
-            high=100000.0,
-        ),
+        shape("distance", "rad", (25.0, 80.0, 250.0, 800.0), low=1.0, high=100000.0),
     ),
-    formula="-loss (1 - e^(-s/distance)) T_fl, ds/dt = |omega_l|",
-    meaning="The brake wears with the way it has gone.",
     kernel=wear,
     autonomous=False,
     states=1,
-    neighbours=(
-        "friction_drift",
-        "friction_heating",
-    ),
+    neighbours=("friction_drift", "friction_heating"),
 )
