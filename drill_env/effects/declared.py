@@ -66,10 +66,13 @@ class Declared:
         return bool((self.entries["idle"] == 0).any())
 
     @property
-    def restless(self) -> bool:
-        """Whether an effect may change while both discs rest under a constant voltage."""
+    def restless(self) -> int:
+        """What may change while both discs rest under a constant voltage.
+
+        0: nothing; 1: inner states, until their rates are zero; 2: an effect that reads a clock.
+        """
         acting = self.entries[self.entries["idle"] == 0]
-        return self.inner > 0 or bool(acting["timed"].any())
+        return 2 if acting["timed"].any() else int(self.inner > 0)
 
     @property
     def reads_past(self) -> bool:

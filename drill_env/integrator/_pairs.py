@@ -77,17 +77,6 @@ def inner_errors(work, tab):
     return high2, low2
 
 
-@kernel
-def inner_dense(work, tab, h):
-    """Monomial coefficients of the inner states over the step."""
-    for r in range(work.inner):
-        for m in range(tab.degree):
-            total = 0.0
-            for j in range(tab.stages + tab.extra + 1):
-                total += tab.dense[j, m] * work.kz[j, r]
-            work.dense_z[r, m] = h * total
-
-
 @unit(STEP)
 def bs23_step(p, run, work, tab, h):
     """Fill the stages; returns the scaled error, of which at most 1 is accepted."""
@@ -139,14 +128,12 @@ def dop853_step(p, run, work, tab, h):
 def bs23_fill(p, run, work, tab, h):
     """Monomial coefficients of the state over the step."""
     bs23_dense(work, h)
-    inner_dense(work, tab, h)
 
 
 @unit(FILL)
 def dopri5_fill(p, run, work, tab, h):
     """As `bs23_fill`."""
     dopri5_dense(work, h)
-    inner_dense(work, tab, h)
 
 
 @kernel
@@ -183,4 +170,3 @@ def dop853_fill(p, run, work, tab, h):
             for j in range(last + 1):
                 total += tab.dense[j, m] * work.k[j, i]
             work.dense[i, m] = h * total
-    inner_dense(work, tab, h)

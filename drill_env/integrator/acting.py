@@ -146,7 +146,7 @@ def rates_with_effects(p, run, work, row, t, u):
             held_u, held_l = choose_push(run, work, UPPER), choose_push(run, work, LOWER)
             if (mode[0] != 0 or push[0] == 1) and (mode[1] != 0 or push[1] == 1):
                 break
-    work.net[0], work.net[1] = net_u, net_l
+    work.net[0], work.net[1], work.asked = net_u, net_l, row
     y = work.ys[row]
     k[0], k[3] = y[1] - y[2], y[2]
     k[1] = k[2] = 0.0

@@ -90,7 +90,8 @@ WORK = np.dtype(
         # Of rigs with effects: address and count of their entries, and working arrays.
         ("effects", "i8"),
         ("acting", "i8"),
-        ("restless", "i8"),  # whether they may change while nothing moves
+        ("restless", "i8"),  # what changes while nothing moves: 0 none, 1 inner states, 2 others
+        ("asked", "i8"),  # row for which they were asked last
         ("inner", "i8"),  # inner states of all of them
         ("switches", "i8"),
         ("inner_out", "i8"),  # address of the inner states at the samples, or 0
