@@ -13,6 +13,7 @@ from drill_env._checks import real
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.effects import LIBRARY, Effect
+from drill_env.effects._effect import SIDES, reads
 from drill_env.effects._table import ACTIONS, COORDINATES, tabulated
 from drill_env.effects.signal import ENTRY, MOST_BRANCHES, MOST_INNER
 from drill_env.parameters import Rig
@@ -73,6 +74,12 @@ class Declared:
         """
         acting = self.entries[self.entries["idle"] == 0]
         return 2 if acting["timed"].any() else int(self.inner > 0)
+
+    @property
+    def wants_own_law(self) -> bool:
+        """Whether the lower disc's friction is that of its own speed, or an effect reads that."""
+        acting = self.entries[self.entries["idle"] == 0]
+        return bool(acting["reads_law"].any()) or not acting["moves_law"].any()
 
     @property
     def reads_past(self) -> bool:
@@ -172,6 +179,9 @@ def _entry(effect: Effect, numbers: FloatArray) -> _Row:
     entry["drives"] = effect.replaces_balance
     entry["upper"], entry["delayed"] = effect.equation == "upper", bool(effect.delay)
     entry["timed"] = effect.follows_time
+    entry["sided"] = reads(effect.kernel, *SIDES)
+    entry["reads_law"] = reads(effect.kernel, "friction_l")
+    entry["moves_law"] = reads(effect.kernel, "read_l")
     entry["q"][: len(numbers)] = numbers
     for key, name in (("delay", effect.delay), ("hertz", effect.swings)):
         if name:

@@ -50,14 +50,18 @@ def load_voltages(i, row, extension, setting, work):
     """Pieces of the present period; the past of the voltage changes within it once."""
     x, ring = extension, extension.volts[i]
     x.breaks[0], x.breaks[1], x.breaks[2] = 0.0, x.part, setting.period
-    x.pieces[0, 0] = x.pieces[1, 0] = x.pieces[1, 1] = row.voltage
+    x.pieces[0, 0] = x.pieces[1, 0] = x.pieces[0, 1] = x.pieces[1, 1] = row.voltage
     work.late = 1
     if x.whole > 0 or x.part > 0.0:
         now = row.step % ring.size
         ring[now] = row.voltage
         x.pieces[0, 1] = ring[(now - x.whole - 1) % ring.size]
         x.pieces[1, 1] = ring[(now - x.whole) % ring.size]
-    return 1 if x.part < 1e-9 else 0
+    if x.part < 1e-9 or x.pieces[0, 1] == x.pieces[1, 1]:
+        # Nothing jumps within the period: it is the second piece alone.
+        x.breaks[1] = 0.0
+        return 1
+    return 0
 
 
 @kernel

@@ -36,13 +36,17 @@ def set_signal(p, run, work, row, t, u):
     s.dwell_l = s.t - run.since[1] if s.rest_l else 0.0
     s.pull = p.ktheta * y[0]
     s.friction_u = s.side_u * upper_sliding(p, s.side_u, s.side_u * s.speed_u)
-    s.friction_l = lower_law(p, run, s.speed_l)
+    if work.own_law:
+        s.friction_l = lower_law(p, run, s.speed_l)
 
 
 @kernel
 def lower_law(p, run, speed):
     """Size (Nm) of the lower disc's own friction."""
-    return 0.0 if run.mode[2] == 1 else lower_sliding(p, speed)
+    if run.mode[2] == 1:
+        return 0.0
+    # What the law gives at rest, without its exponentials.
+    return p.Tsl if speed == 0.0 else lower_sliding(p, speed)
 
 
 @kernel
@@ -90,13 +94,16 @@ def ask(p, run, work, row, t):
 
 
 @kernel
-def pulls(p, work, u):
+def pulls(p, run, work, u):
     """Torques (Nm) on both discs without their friction, and the sizes of that."""
     s, out = work.signal, work.ports
     string = s.pull + out.string
     net_u = out.drive * p.km * (u + out.volts) + p.load_u + out.torque_u - string
     net_l = string + p.load_l + out.torque_l
-    law = s.friction_l if out.read_l == s.speed_l else law_elsewhere(p, out.read_l)
+    if out.read_l != s.speed_l:
+        law = law_elsewhere(p, out.read_l)
+    else:
+        law = s.friction_l if work.own_law else lower_law(p, run, s.speed_l)
     size_u = s.friction_u * (1.0 + out.scale_u) + out.size_u
     size_l = law * (1.0 + out.scale_l) + out.size_l
     return net_u, net_l, size_u, size_l
@@ -136,8 +143,9 @@ def rates_with_effects(p, run, work, row, t, u):
         if rests and attempt < 2:
             push[0] = push[1] = 2 * attempt - 1
         set_signal(p, run, work, row, t, u)
-        ask(p, run, work, row, t)
-        net_u, net_l, size_u, size_l = pulls(p, work, u)
+        if attempt == 0 or work.sided:
+            ask(p, run, work, row, t)
+        net_u, net_l, size_u, size_l = pulls(p, run, work, u)
         if not rests or attempt == 2:
             break
         keep_held(work, UPPER, attempt, size_u, push[0] * net_u)

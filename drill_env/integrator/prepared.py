@@ -100,6 +100,8 @@ def equip(work: np.ndarray, effects: Declared) -> None:
     work["effects"] = effects.entries.ctypes.data
     work["acting"] = len(effects.entries) if acting else 0
     work["restless"] = effects.restless
+    work["sided"] = effects.entries["sided"].any()
+    work["own_law"] = effects.wants_own_law
     work["inner"] = effects.inner if acting else 0
     work["switches"] = effects.switches if acting else 0
     work["max_step"] = np.minimum(work["max_step"], effects.longest_step)
