@@ -108,6 +108,9 @@ class Declared:
         return np.where(late, self.entries["delay"], 0.0)
 
 
+_NONE = Declared(np.zeros(0, dtype=ENTRY))
+
+
 def declared(rig: Rig) -> Declared:
     """The rig's effects as the compiled code reads them.
 
@@ -115,6 +118,8 @@ def declared(rig: Rig) -> Declared:
         InputError: an effect is unknown, a parameter is missing, unknown or out of range, there
             are too many, or the rig has no such component.
     """
+    if not rig.effects:
+        return _NONE
     rows = []
     for place, entry in enumerate(rig.effects):
         if not isinstance(entry, Mapping):

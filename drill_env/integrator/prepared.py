@@ -95,7 +95,9 @@ class Prepared:
 
 
 def equip(work: np.ndarray, effects: Declared) -> None:
-    """Tell working arrays of effects; the entries must live as long as they are used."""
+    """Tell new working arrays of effects; the entries must live as long as they are used."""
+    if not len(effects.entries):
+        return
     acting = effects.acts
     work["effects"] = effects.entries.ctypes.data
     work["acting"] = len(effects.entries) if acting else 0
