@@ -5,7 +5,7 @@ states of their own. Corners and jumps are switches; each holds its branch withi
 it as a disc's stick or slip does.
 """
 
-from drill_env._jit import entry, kernel, placed, unit
+from drill_env._jit import entry, inlined, kernel, placed, unit
 from drill_env.dynamics.kernels import clamp_event
 from drill_env.effects.signal import ENTRY, respond
 from drill_env.friction.kernels import lower_sliding, upper_sliding
@@ -21,6 +21,19 @@ UPPER, LOWER = 0, 1
 _FIRST_SWITCH = 3
 
 
+@inlined
+def set_sides(run, s):
+    """Directions of the discs, of one at rest that in which it is judged."""
+    s.side_u = run.push[0] if s.rest_u else run.mode[0]
+    s.side_l = run.push[1] if s.rest_l else run.mode[1]
+
+
+@inlined
+def set_upper_law(p, s):
+    """Size (Nm) of the upper disc's own friction."""
+    s.friction_u = s.side_u * upper_sliding(p, s.side_u, s.side_u * s.speed_u)
+
+
 @kernel
 def set_signal(p, run, work, row, t, u):
     """What the effects read in the state of a row."""
@@ -29,13 +42,12 @@ def set_signal(p, run, work, row, t, u):
     s.twist, s.omega_u, s.omega_l, s.theta_l = y[0], y[1], y[2], y[3]
     s.theta_u = y[0] + y[3]
     s.rest_u, s.rest_l = mode[0] == 0, mode[1] == 0
-    s.side_u = run.push[0] if s.rest_u else mode[0]
-    s.side_l = run.push[1] if s.rest_l else mode[1]
+    set_sides(run, s)
     s.speed_u = 0.0 if s.rest_u else s.side_u * y[1]
     s.speed_l = 0.0 if s.rest_l else s.side_l * y[2]
     s.dwell_l = s.t - run.since[1] if s.rest_l else 0.0
     s.pull = p.ktheta * y[0]
-    s.friction_u = s.side_u * upper_sliding(p, s.side_u, s.side_u * s.speed_u)
+    set_upper_law(p, s)
     if work.own_law:
         s.friction_l = lower_law(p, run, s.speed_l)
 
@@ -134,7 +146,8 @@ def choose_push(run, work, disc):
 def rates_with_effects(p, run, work, row, t, u):
     """Rates of the state and the inner states of a row, and all event functions there.
 
-    A disc at rest is judged on both sides, and left on that to which it would leave.
+    A disc at rest is judged on both sides, and left on that to which it would leave. Effects that
+    do not tell the sides apart are asked once for both.
     """
     mode, push, k, gaps = run.mode, run.push, work.k[row], work.gaps[row]
     rests = mode[0] == 0 or mode[1] == 0
@@ -142,9 +155,12 @@ def rates_with_effects(p, run, work, row, t, u):
     for attempt in range(3):
         if rests and attempt < 2:
             push[0] = push[1] = 2 * attempt - 1
-        set_signal(p, run, work, row, t, u)
         if attempt == 0 or work.sided:
+            set_signal(p, run, work, row, t, u)
             ask(p, run, work, row, t)
+        else:
+            set_sides(run, work.signal)
+            set_upper_law(p, work.signal)
         net_u, net_l, size_u, size_l = pulls(p, run, work, u)
         if not rests or attempt == 2:
             break
@@ -153,6 +169,8 @@ def rates_with_effects(p, run, work, row, t, u):
         if attempt == 1:
             held_u, held_l = choose_push(run, work, UPPER), choose_push(run, work, LOWER)
             if (mode[0] != 0 or push[0] == 1) and (mode[1] != 0 or push[1] == 1):
+                break
+            if not work.sided:
                 break
     work.net[0], work.net[1], work.asked = net_u, net_l, row
     y = work.ys[row]
