@@ -127,11 +127,12 @@ def _called(function: Callable[..., Any]) -> set[Dispatcher]:
     return {kernel for kernel in named if isinstance(kernel, Dispatcher)}
 
 
-def names_in(made: Unit) -> set[str]:
+@functools.cache
+def names_in(made: Unit) -> frozenset[str]:
     """Names and attributes that the source of a unit, or of a kernel it calls, mentions."""
     reached = set().union(*(_reachable(kernel) for kernel in _called(made.function)))
     functions = [made.function, *(kernel.py_func for kernel in reached)]
-    return {name for function in functions for name in function.__code__.co_names}
+    return frozenset(name for function in functions for name in function.__code__.co_names)
 
 
 event.register("numba:compile", _Watch())

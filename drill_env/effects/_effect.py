@@ -51,6 +51,15 @@ class EffectParameter:
     form: float = FORM
 
 
+def reads(kernel: Any, *fields: str) -> bool:
+    """Whether an effect's function mentions any of these fields of the signal or the ports."""
+    return not names_in(kernel).isdisjoint(fields)
+
+
+SIDES = ("side_u", "side_l", "friction_u")
+"""Fields of the signal that tell the two sides of a disc at rest apart."""
+
+
 @dataclass(frozen=True, slots=True)
 class Effect:
     """Physics that the rig of the paper leaves out.
@@ -137,7 +146,7 @@ class Effect:
     @property
     def follows_time(self) -> bool:
         """Whether it may change while nothing moves: it reads the time or the dwell."""
-        return not {"t", "dwell_l"}.isdisjoint(names_in(self.kernel))
+        return reads(self.kernel, "t", "dwell_l")
 
     @property
     def code(self) -> int:

@@ -13,6 +13,7 @@ from drill_env._checks import real
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.effects import LIBRARY, Effect
+from drill_env.effects._effect import SIDES, reads
 from drill_env.effects._table_entry import table_entry
 from drill_env.effects.signal import ENTRY, MOST_BRANCHES, MOST_INNER
 from drill_env.parameters import Rig
@@ -49,10 +50,19 @@ class Declared:
         return bool((self.entries["idle"] == 0).any())
 
     @property
-    def restless(self) -> bool:
-        """Whether an effect may change while both discs rest under a constant voltage."""
+    def restless(self) -> int:
+        """What may change while both discs rest under a constant voltage.
+
+        0: nothing; 1: inner states, until their rates are zero; 2: an effect that reads a clock.
+        """
         acting = self.entries[self.entries["idle"] == 0]
-        return self.inner > 0 or bool(acting["timed"].any())
+        return 2 if acting["timed"].any() else int(self.inner > 0)
+
+    @property
+    def wants_own_law(self) -> bool:
+        """Whether the lower disc's friction is that of its own speed, or an effect reads that."""
+        acting = self.entries[self.entries["idle"] == 0]
+        return bool(acting["reads_law"].any()) or not acting["moves_law"].any()
 
     @property
     def reads_past(self) -> bool:
@@ -81,6 +91,9 @@ class Declared:
         return np.where(late, self.entries["delay"], 0.0)
 
 
+_NONE = Declared(np.zeros(0, dtype=ENTRY))
+
+
 def declared(rig: Rig) -> Declared:
     """The rig's effects as the compiled code reads them.
 
@@ -88,6 +101,8 @@ def declared(rig: Rig) -> Declared:
         InputError: an effect is unknown, a parameter is missing, unknown or out of range, there
             are too many, or the rig has no such component.
     """
+    if not rig.effects:
+        return _NONE
     rows = []
     for place, entry in enumerate(rig.effects):
         if not isinstance(entry, Mapping):
@@ -154,6 +169,9 @@ def _entry(effect: Effect, numbers: FloatArray) -> _Row:
     entry["drives"] = effect.replaces_balance
     entry["upper"], entry["delayed"] = effect.equation == "upper", bool(effect.delay)
     entry["timed"] = effect.follows_time
+    entry["sided"] = reads(effect.kernel, *SIDES)
+    entry["reads_law"] = reads(effect.kernel, "friction_l")
+    entry["moves_law"] = reads(effect.kernel, "read_l")
     entry["q"][: len(numbers)] = numbers
     for key, name in (("delay", effect.delay), ("hertz", effect.swings)):
         if name:

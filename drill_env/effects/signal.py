@@ -71,6 +71,9 @@ ENTRY = np.dtype(
         ("idle", "i8"),  # whether the motion is the same without it
         ("delayed", "i8"),  # whether it reads the past
         ("timed", "i8"),  # whether it may change while nothing moves
+        ("sided", "i8"),  # whether it may differ between the two sides of a disc at rest
+        ("reads_law", "i8"),  # whether it reads the lower disc's own friction
+        ("moves_law", "i8"),  # whether it has the lower law read at another speed
         ("drives", "i8"),  # whether it puts a motor of its own between voltage and disc
         ("upper", "i8"),  # whether it acts on the upper disc alone
         ("states", "i8"),

@@ -10,7 +10,8 @@ from drill_env.effects.readings import errors_in
 from drill_env.effects.signal import RESTING
 from drill_env.environment._kernel import end_period, fill_reward, fill_torques, follow_schedule
 from drill_env.environment._sensing import fill_observation, start_sensors
-from drill_env.integrator.acting import rates_now
+from drill_env.friction.kernels import upper_sliding
+from drill_env.integrator.acting import lower_law, rates_now
 from drill_env.integrator.advance import DONE, LOG_FULL, advance
 from drill_env.integrator.modes import start_mode
 from drill_env.integrator.records import MOST_INNER, N_STATE
@@ -27,7 +28,10 @@ class Extension(NamedTuple):
     begin: int  # address of `start_with_effects`
     signal: np.ndarray
     ports: np.ndarray
-    delay: float  # by which the voltage acts late, s
+    senses: bool  # whether an encoder is wrong
+    looks_back: bool  # whether one reads late
+    whole: int  # periods by which the voltage acts late, and the rest of that, s
+    part: float
     volts: FloatArray  # of the last periods, in a ring, V; shape (environments, periods)
     breaks: FloatArray  # ends of a period's pieces
     pieces: FloatArray
@@ -36,7 +40,7 @@ class Extension(NamedTuple):
     places: IntArray  # of each effect: intervals back, and which sample of these
     past: FloatArray  # angles in a ring, rad; shape (environments, intervals, per, 2)
     late: FloatArray
-    out: FloatArray
+    out: FloatArray  # states at all that is sampled; those of `Buffers` where no encoder is wrong
     inner: FloatArray
     modes: IntArray
 
@@ -45,15 +49,19 @@ class Extension(NamedTuple):
 def load_voltages(i, row, extension, setting, work):
     """Pieces of the present period; the past of the voltage changes within it once."""
     x, ring = extension, extension.volts[i]
-    ring[row.step % ring.size] = row.voltage
-    whole = int(x.delay / setting.period + 1e-9)
-    part = max(x.delay - whole * setting.period, 0.0)
-    x.breaks[0], x.breaks[1], x.breaks[2] = 0.0, part, setting.period
-    x.pieces[0, 0] = x.pieces[1, 0] = row.voltage
-    x.pieces[0, 1] = ring[(row.step - whole - 1) % ring.size]
-    x.pieces[1, 1] = ring[(row.step - whole) % ring.size]
+    x.breaks[0], x.breaks[1], x.breaks[2] = 0.0, x.part, setting.period
+    x.pieces[0, 0] = x.pieces[1, 0] = x.pieces[0, 1] = x.pieces[1, 1] = row.voltage
     work.late = 1
-    return 1 if part < 1e-9 else 0
+    if x.whole > 0 or x.part > 0.0:
+        now = row.step % ring.size
+        ring[now] = row.voltage
+        x.pieces[0, 1] = ring[(now - x.whole - 1) % ring.size]
+        x.pieces[1, 1] = ring[(now - x.whole) % ring.size]
+    if x.part < 1e-9 or x.pieces[0, 1] == x.pieces[1, 1]:
+        # Nothing jumps within the period: it is the second piece alone.
+        x.breaks[1] = 0.0
+        return 1
+    return 0
 
 
 @kernel
@@ -70,18 +78,18 @@ def run_period(i, row, extension, setting, tab, buffers):
             row.p, run, work, tab, x.breaks, x.pieces, x.times, x.out, x.modes, buffers.log,
             buffers.sens,
         )  # fmt: skip
-    if status == DONE:
+    if status == DONE and x.senses:
         for j in range(setting.samples):
-            read_sample(i, j, row, extension, setting, buffers.out)
+            if x.looks_back:
+                look_back(i, row.step * setting.samples + j, j, extension)
+            read_sample(j, row, extension, buffers.out)
     return status
 
 
 @kernel
-def read_sample(i, j, row, extension, setting, out):
-    """Encoder sample `j` of the period with its errors."""
-    x, s = extension, extension.signal[0]
-    last, now = (j + 1) * x.per - 1, row.step * setting.samples + j
-    ring = x.past[i]
+def look_back(i, now, j, extension):
+    """Put the angles of sample `j` into the ring as number `now`; each effect's late ones."""
+    x, ring = extension, extension.past[i]
     for a in range(x.per):
         state = x.out[j * x.per + a]
         ring[now % ring.shape[0], a, 0] = state[0] + state[3]
@@ -89,6 +97,13 @@ def read_sample(i, j, row, extension, setting, out):
     for k in range(x.entries.size):
         place = ring[(now - x.places[k, 0]) % ring.shape[0], x.places[k, 1]]
         x.late[k, 0], x.late[k, 1] = place[0], place[1]
+
+
+@kernel
+def read_sample(j, row, extension, out):
+    """Encoder sample `j` of the period with its errors."""
+    x, s = extension, extension.signal[0]
+    last = (j + 1) * x.per - 1
     state = x.out[last]
     s.t, s.u = row.run.origin + x.times[last], row.voltage
     s.twist, s.omega_u, s.omega_l, s.theta_l = state[0], state[1], state[2], state[3]
@@ -106,11 +121,14 @@ def fill_own_torques(row, work, tab):
     if work.acting == 0:
         fill_torques(row)
         return
-    s, mode = work.signal, row.run.mode
-    if work.restless or not work.has_rates or mode[0] != 0 or mode[1] != 0:
-        rates_now(row.p, row.run, work, tab, row.voltage)
-    row.torque[0] = work.net[0] if mode[0] == 0 else mode[0] * s.friction_u
-    row.torque[1] = work.net[1] if mode[1] == 0 else mode[1] * s.friction_l
+    run, mode = row.run, row.run.mode
+    if (mode[0] == 0 or mode[1] == 0) and not (work.has_rates and work.asked == 0):
+        rates_now(row.p, run, work, tab, row.voltage)
+    row.torque[0], row.torque[1] = work.net[0], work.net[1]
+    if mode[0] != 0:
+        row.torque[0] = upper_sliding(row.p, mode[0], run.y[1])
+    if mode[1] != 0:
+        row.torque[1] = mode[1] * lower_law(row.p, run, mode[1] * run.y[2])
 
 
 @entry

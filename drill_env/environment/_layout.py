@@ -31,17 +31,22 @@ def lay_out(config: EnvConfig, n: int, effects: Declared, buffers: Buffers) -> E
     interval = config.control_period / config.samples
     times, per, places = _sampled(effects.encoder_delays, interval, buffers.times)
     back = int(places[:, 0].max(initial=0))
-    periods = math.floor(effects.delay / config.control_period + _SAME) + 2
+    whole = math.floor(effects.delay / config.control_period + _SAME)
+    wrong = effects.entries["senses"] == 1
+    senses, looks_back = bool(wrong.any()), bool(effects.entries["delayed"][wrong].any())
     equip(buffers.work, effects)
-    inner = np.zeros((len(times), effects.inner if effects.acts else 0))
+    inner = np.zeros((len(times), effects.inner if effects.acts and senses else 0))
     buffers.work["inner_out"] = inner.ctypes.data if inner.size else 0
     return Extension(
         entries=effects.entries,
         begin=start_with_effects.address,
         signal=np.zeros(1, dtype=SIGNAL),
         ports=np.zeros(1, dtype=PORTS),
-        delay=effects.delay,
-        volts=np.zeros((n, periods)),
+        senses=senses,
+        looks_back=looks_back,
+        whole=whole,
+        part=max(effects.delay - whole * config.control_period, 0.0),
+        volts=np.zeros((n, whole + 2)),
         breaks=np.zeros(3),
         pieces=np.zeros((2, 2)),
         times=times,
@@ -49,7 +54,7 @@ def lay_out(config: EnvConfig, n: int, effects: Declared, buffers: Buffers) -> E
         places=places,
         past=np.zeros((n, back + 2, per, 2)),
         late=np.zeros((len(effects.entries), 2)),
-        out=np.zeros((len(times), N_STATE)),
+        out=np.zeros((len(times), N_STATE)) if senses else buffers.out,
         inner=inner,
         modes=np.zeros((len(times), 2), dtype=np.int64),
     )

@@ -9,6 +9,8 @@ from drill_env._jit import kernel
 from drill_env.integrator._stage import keep_stage
 
 LAST = 12
+# After the start's, the first stage that the solution, its error or its dense output read.
+FIRST_USED = 5
 
 A1_0 = 0.05260015195876773
 A2_0 = 0.0197250569845379

@@ -2,7 +2,7 @@
 
 from drill_env._jit import inlined, kernel
 from drill_env.dynamics.kernels import clamp_event, lower_event, upper_event
-from drill_env.integrator._step import dense_at
+from drill_env.integrator._step import dense_at, inner_dense
 from drill_env.integrator._voltage_piece import voltage_at, voltage_slope
 from drill_env.integrator.signatures import call_fill, call_gap, call_step
 
@@ -230,6 +230,7 @@ def first_event(p, run, work, tab, h):
         if may_end(disc, p, run, work, tab.stages, h):
             if not has_dense:
                 call_fill(tab.fill, p, run, work, tab, h)
+                inner_dense(work, tab, h)
                 has_dense = True
             s = first_share(disc, p, run, work, tab, h)
             if s < share:

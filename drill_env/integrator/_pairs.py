@@ -4,7 +4,7 @@ from math import sqrt
 
 from drill_env._jit import inlined, kernel, unit
 from drill_env.integrator._bs23 import bs23_dense, bs23_error, bs23_stages
-from drill_env.integrator._dop853 import dop853_stages
+from drill_env.integrator._dop853 import FIRST_USED, dop853_stages
 from drill_env.integrator._dopri5 import dopri5_dense, dopri5_error, dopri5_stages
 from drill_env.integrator._step import fill_rates
 from drill_env.integrator._voltage_piece import voltage_at
@@ -77,17 +77,6 @@ def inner_errors(work, tab):
     return high2, low2
 
 
-@kernel
-def inner_dense(work, tab, h):
-    """Monomial coefficients of the inner states over the step."""
-    for r in range(work.inner):
-        for m in range(tab.degree):
-            total = 0.0
-            for j in range(tab.stages + tab.extra + 1):
-                total += tab.dense[j, m] * work.kz[j, r]
-            work.dense_z[r, m] = h * total
-
-
 @unit(STEP)
 def bs23_step(p, run, work, tab, h):
     """Fill the stages; returns the scaled error, of which at most 1 is accepted."""
@@ -116,13 +105,13 @@ def dopri5_step(p, run, work, tab, h):
 def dop853_step(p, run, work, tab, h):
     """As `bs23_step`."""
     dop853_stages(p, run, work, tab, h, long_stage_voltages(run, work, tab, h))
-    n = tab.stages
+    n, k = tab.stages, work.k
     high2 = low2 = 0.0
     for i in range(3):
-        high = low = 0.0
-        for j in range(n + 1):
-            high += tab.error_high[j] * work.k[j, i]
-            low += tab.error_low[j] * work.k[j, i]
+        high, low = tab.error_high[0] * k[0, i], tab.error_low[0] * k[0, i]
+        for j in range(FIRST_USED, n + 1):
+            high += tab.error_high[j] * k[j, i]
+            low += tab.error_low[j] * k[j, i]
         scale = scaled(work, i, n)
         high2 += (high * scale) ** 2
         low2 += (low * scale) ** 2
@@ -139,14 +128,12 @@ def dop853_step(p, run, work, tab, h):
 def bs23_fill(p, run, work, tab, h):
     """Monomial coefficients of the state over the step."""
     bs23_dense(work, h)
-    inner_dense(work, tab, h)
 
 
 @unit(FILL)
 def dopri5_fill(p, run, work, tab, h):
     """As `bs23_fill`."""
     dopri5_dense(work, h)
-    inner_dense(work, tab, h)
 
 
 @kernel
@@ -177,10 +164,19 @@ def dop853_fill(p, run, work, tab, h):
     """As `bs23_fill`, with the stages that this takes."""
     last = tab.stages + tab.extra
     extra_stages(p, run, work, tab, h, tab.stages + 1, last)
+    k, d, w = work.k, work.dense, tab.dense
     for i in range(N_STATE):
-        for m in range(tab.degree):
-            total = 0.0
-            for j in range(last + 1):
-                total += tab.dense[j, m] * work.k[j, i]
-            work.dense[i, m] = h * total
-    inner_dense(work, tab, h)
+        k0 = k[0, i]
+        d0, d1, d2, d3 = w[0, 0] * k0, w[0, 1] * k0, w[0, 2] * k0, w[0, 3] * k0
+        d4, d5, d6 = w[0, 4] * k0, w[0, 5] * k0, w[0, 6] * k0
+        for j in range(FIRST_USED, last + 1):
+            kj = k[j, i]
+            d0 += w[j, 0] * kj
+            d1 += w[j, 1] * kj
+            d2 += w[j, 2] * kj
+            d3 += w[j, 3] * kj
+            d4 += w[j, 4] * kj
+            d5 += w[j, 5] * kj
+            d6 += w[j, 6] * kj
+        d[i, 0], d[i, 1], d[i, 2], d[i, 3] = h * d0, h * d1, h * d2, h * d3
+        d[i, 4], d[i, 5], d[i, 6] = h * d4, h * d5, h * d6

@@ -3,7 +3,7 @@
 The start of the step is stage 0 of `work.ys`; the state at its end stage `tab.stages`.
 """
 
-from drill_env._jit import inlined
+from drill_env._jit import inlined, kernel
 from drill_env.integrator._stage import keep_stage
 
 
@@ -30,3 +30,14 @@ def inner_at(work, tab, r, s):
     for m in range(tab.degree - 1, -1, -1):
         value = (value + work.dense_z[r, m]) * s
     return work.zs[0, r] + value
+
+
+@kernel
+def inner_dense(work, tab, h):
+    """What `inner_at` reads, once the dense output of the state is filled."""
+    for r in range(work.inner):
+        for m in range(tab.degree):
+            total = 0.0
+            for j in range(tab.stages + tab.extra + 1):
+                total += tab.dense[j, m] * work.kz[j, r]
+            work.dense_z[r, m] = h * total

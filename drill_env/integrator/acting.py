@@ -5,7 +5,7 @@ states of their own. Corners and jumps are switches; each holds its branch withi
 it as a disc's stick or slip does.
 """
 
-from drill_env._jit import kernel, placed, unit
+from drill_env._jit import inlined, kernel, placed, unit
 from drill_env.dynamics.kernels import clamp_event
 from drill_env.effects.signal import ENTRY, clear_ports, respond
 from drill_env.friction.kernels import lower_sliding, upper_sliding
@@ -21,6 +21,19 @@ STICK, SLIP, REVERSAL, SWITCH = 0, 1, 2, 6
 _FIRST_SWITCH = 3
 
 
+@inlined
+def set_sides(run, s):
+    """Directions of the discs, of one at rest that in which it is judged."""
+    s.side_u = run.push[0] if s.rest_u else run.mode[0]
+    s.side_l = run.push[1] if s.rest_l else run.mode[1]
+
+
+@inlined
+def set_upper_law(p, s):
+    """Size (Nm) of the upper disc's own friction."""
+    s.friction_u = s.side_u * upper_sliding(p, s.side_u, s.side_u * s.speed_u)
+
+
 @kernel
 def set_signal(p, run, work, row, t, u):
     """What the effects read in the state of a row."""
@@ -29,20 +42,23 @@ def set_signal(p, run, work, row, t, u):
     s.twist, s.omega_u, s.omega_l, s.theta_l = y[0], y[1], y[2], y[3]
     s.theta_u = y[0] + y[3]
     s.rest_u, s.rest_l = mode[0] == 0, mode[1] == 0
-    s.side_u = run.push[0] if s.rest_u else mode[0]
-    s.side_l = run.push[1] if s.rest_l else mode[1]
+    set_sides(run, s)
     s.speed_u = 0.0 if s.rest_u else s.side_u * y[1]
     s.speed_l = 0.0 if s.rest_l else s.side_l * y[2]
     s.dwell_l = s.t - run.since[1] if s.rest_l else 0.0
     s.pull = p.ktheta * y[0]
-    s.friction_u = s.side_u * upper_sliding(p, s.side_u, s.side_u * s.speed_u)
-    s.friction_l = lower_law(p, run, s.speed_l)
+    set_upper_law(p, s)
+    if work.own_law:
+        s.friction_l = lower_law(p, run, s.speed_l)
 
 
 @kernel
 def lower_law(p, run, speed):
     """Size (Nm) of the lower disc's own friction."""
-    return 0.0 if run.mode[2] == 1 else lower_sliding(p, speed)
+    if run.mode[2] == 1:
+        return 0.0
+    # What the law gives at rest, without its exponentials.
+    return p.Tsl if speed == 0.0 else lower_sliding(p, speed)
 
 
 @kernel
@@ -80,13 +96,16 @@ def ask(p, run, work, row, t):
 
 
 @kernel
-def pulls(p, work, u):
+def pulls(p, run, work, u):
     """Torques (Nm) on both discs without their friction, and the sizes of that."""
     s, out = work.signal, work.ports
     string = s.pull + out.string
     net_u = out.drive * p.km * (u + out.volts) + p.load_u + out.torque_u - string
     net_l = string + p.load_l + out.torque_l
-    law = s.friction_l if out.read_l == s.speed_l else law_elsewhere(p, out.read_l)
+    if out.read_l != s.speed_l:
+        law = law_elsewhere(p, out.read_l)
+    else:
+        law = s.friction_l if work.own_law else lower_law(p, run, s.speed_l)
     size_u = s.friction_u * (1.0 + out.scale_u) + out.size_u
     size_l = law * (1.0 + out.scale_l) + out.size_l
     return net_u, net_l, size_u, size_l
@@ -96,7 +115,8 @@ def pulls(p, work, u):
 def rates_with_effects(p, run, work, row, t, u):
     """Rates of the state and the inner states of a row, and all event functions there.
 
-    A disc at rest is judged on both sides, and left on that to which it would leave.
+    A disc at rest is judged on both sides, and left on that to which it would leave. Effects that
+    do not tell the sides apart are asked once for both.
     """
     mode, push, k, gaps = run.mode, run.push, work.k[row], work.gaps[row]
     rests = mode[0] == 0 or mode[1] == 0
@@ -104,9 +124,13 @@ def rates_with_effects(p, run, work, row, t, u):
     for attempt in range(3):
         if rests and attempt < 2:
             push[0] = push[1] = 2 * attempt - 1
-        set_signal(p, run, work, row, t, u)
-        ask(p, run, work, row, t)
-        net_u, net_l, size_u, size_l = pulls(p, work, u)
+        if attempt == 0 or work.sided:
+            set_signal(p, run, work, row, t, u)
+            ask(p, run, work, row, t)
+        else:
+            set_sides(run, work.signal)
+            set_upper_law(p, work.signal)
+        net_u, net_l, size_u, size_l = pulls(p, run, work, u)
         if not rests or attempt == 2:
             break
         keep_held(work, UPPER, attempt, size_u, push[0] * net_u)
@@ -117,9 +141,11 @@ def rates_with_effects(p, run, work, row, t, u):
             held_u, held_l = choose_push(run, work, UPPER), choose_push(run, work, LOWER)
             if (mode[0] != 0 or push[0] == 1) and (mode[1] != 0 or push[1] == 1):
                 break
+            if not work.sided:
+                break
     if rests and work.inner > 0:
         settle_rates(run, work, row)
-    work.net[0], work.net[1] = net_u, net_l
+    work.net[0], work.net[1], work.asked = net_u, net_l, row
     y = work.ys[row]
     k[0], k[3] = y[1] - y[2], y[2]
     k[1] = k[2] = 0.0

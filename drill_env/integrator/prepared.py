@@ -95,11 +95,15 @@ class Prepared:
 
 
 def equip(work: np.ndarray, effects: Declared) -> None:
-    """Tell working arrays of effects; the entries must live as long as they are used."""
+    """Tell new working arrays of effects; the entries must live as long as they are used."""
+    if not len(effects.entries):
+        return
     acting = effects.acts
     work["effects"] = effects.entries.ctypes.data
     work["acting"] = len(effects.entries) if acting else 0
     work["restless"] = effects.restless
+    work["sided"] = effects.entries["sided"].any()
+    work["own_law"] = effects.wants_own_law
     work["inner"] = effects.inner if acting else 0
     work["switches"] = effects.switches if acting else 0
     work["max_step"] = np.minimum(work["max_step"], effects.longest_step)

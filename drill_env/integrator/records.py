@@ -90,7 +90,10 @@ WORK = np.dtype(
         # Of rigs with effects: address and count of their entries, and working arrays.
         ("effects", "i8"),
         ("acting", "i8"),
-        ("restless", "i8"),  # whether they may change while nothing moves
+        ("restless", "i8"),  # what changes while nothing moves: 0 none, 1 inner states, 2 others
+        ("asked", "i8"),  # row for which they were asked last
+        ("sided", "i8"),  # whether they differ between the two sides of a disc at rest
+        ("own_law", "i8"),  # whether the lower law is read at the disc's own speed
         ("inner", "i8"),  # inner states of all of them
         ("switches", "i8"),
         ("inner_out", "i8"),  # address of the inner states at the samples, or 0

@@ -106,12 +106,13 @@ def simulate(
     for which in range(2):
         if run["mode"][0, which] == 0:
             work["sens"][0, 1 + which] = 0.0
-    delays = prepared.effects.encoder_delays
-    asked = np.unique(np.concatenate([times, *(times - d for d in delays[delays > 0.0])]))
-    asked = asked if delays.any() else times
+    delays, asked = prepared.effects.encoder_delays, times
+    if delays.any():
+        asked = np.unique(np.concatenate([times, *(times - d for d in delays[delays > 0.0])]))
+        asked = asked[asked >= t_start]
     earlier = voltage if isinstance(voltage, Voltage) else None
     pieces = prepared.drive(drive, work, start, earlier)
-    found = _integrate(prepared, run, work, drive, pieces, asked[asked >= t_start], rig)
+    found = _integrate(prepared, run, work, drive, pieces, asked, rig)
     return found if not prepared.effects.entries["senses"].any() else _read(prepared, found, times)
 
 
@@ -163,7 +164,9 @@ def _integrate(
         logs.append(log[: int(run["logged"][0])])
     # The columns of the external torques are the identification's.
     kept = sens
-    if slopes is None:
+    if slopes is None and not work["sensitivity"][0]:
+        kept = np.zeros((0, N_STATE, N_COLUMNS - 2 + len(numbers(rig))))
+    elif slopes is None:
         # Numbers of effects that only the encoders show move nothing.
         idle = np.zeros((*sens.shape[:2], len(numbers(rig))))
         kept = np.concatenate([np.delete(sens, [LOAD_U, LOAD_L], axis=2), idle], axis=2)

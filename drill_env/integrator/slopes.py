@@ -112,7 +112,7 @@ class Slopes:
 
     def equip(self, work: np.ndarray) -> None:
         """Tell the working arrays."""
-        work["restless"] = 1
+        work["restless"] = 2
         work["variation"] = self.record.ctypes.data
         work["variation_at"] = self.record["sens"].ctypes.data
         work["width"] = self.width

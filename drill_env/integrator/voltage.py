@@ -38,6 +38,8 @@ class Voltage:
     def __call__(self, t: FloatArray | float) -> FloatArray:
         """Value at times `t` (s); at a jump the one that holds from there on."""
         t = np.asarray(t, dtype=float)
+        if self.pieces.size == 1:
+            return np.full(t.shape, self.pieces[0, 0])
         i = np.clip(np.searchsorted(self.breaks, t, side="right") - 1, 0, len(self.pieces) - 1)
         share = (t - self.breaks[i]) / (self.breaks[i + 1] - self.breaks[i])
         value = polynomial.polyval(share, self.pieces[i].T, tensor=False)
