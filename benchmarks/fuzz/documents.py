@@ -9,10 +9,11 @@ import pickle
 from pathlib import Path
 from typing import Any
 
-from hypothesis import strategies as st
-from hypothesis.extra import numpy as npst
+import numpy as np
 
-from benchmarks.fuzz.inputs import HOSTILE, mutated, numbers, values
+from benchmarks.fuzz.dice import Dice
+from benchmarks.fuzz.hostile import HOSTILE
+from benchmarks.fuzz.inputs import mutated
 from benchmarks.fuzz.judge import Harness
 from drill_env import InputError, Rig
 from drill_env.effects import LIBRARY
@@ -53,32 +54,45 @@ def read_rig(folder: Path, content: bytes) -> None:
     _declare(load_rig(path))
 
 
-RIG = Harness("rig", mutated(RIGS, text=True), read_rig)
+RIG = Harness("rig", lambda dice: mutated(dice, RIGS, text=True), read_rig)
 
-NAMES = sorted({p.name for e in LIBRARY.values() for p in e.parameters})
-KEYS = st.one_of(
-    st.sampled_from("id component depends_on sort knots values encoder period".split()),
-    st.sampled_from(NAMES), st.sampled_from(HOSTILE), st.text(max_size=3),
-)  # fmt: skip
-WORDS = ["table", "lower", "upper", "sensor", "error", "friction", "torque", "time", "theta_l"]
+KEYS = (
+    *"id component depends_on sort knots values encoder period".split(),
+    *sorted({p.name for e in LIBRARY.values() for p in e.parameters}),
+)
+WORDS = ("table", "lower", "upper", "sensor", "error", "friction", "torque", "time", "theta_l")
+KNOWN = tuple(LIBRARY.values())
 
 
-@st.composite
-def effect(draw: st.DrawFn) -> Any:
-    """An effect with some of its numbers and with others."""
-    if draw(st.integers(0, 9)) == 0:
-        return draw(values)
-    known = draw(st.sampled_from(list(LIBRARY.values())))
+def effects(dice: Dice) -> list[Any]:
+    """One to three, with some of their numbers and with others."""
+    return [_effect(dice) for _ in range(dice.whole(1, 3))]
+
+
+def _effect(dice: Dice) -> Any:
+    if dice.chance(0.1):
+        return dice.value()
+    known = dice.pick(KNOWN)
     entry: dict[Any, Any] = {"id": known.id} | {p.name: p.grid[0] for p in known.parameters}
-    if draw(st.integers(0, 3)) == 0:
+    if dice.chance(0.25):
         entry = {
             "id": "table", "component": "lower", "depends_on": "time", "sort": "torque",
             "knots": [0.0, 1.0], "values": [0.0, 1.0],
         }  # fmt: skip
-    for _ in range(draw(st.integers(0, 3))):
-        value = st.one_of(numbers, values, st.sampled_from(WORDS), st.lists(numbers, max_size=4))
-        entry[draw(KEYS)] = draw(value)
+    own = tuple(entry)
+    for _ in range(dice.whole(0, 3)):
+        key = dice.pick(own if dice.chance(0.5) else KEYS)
+        entry[dice.text(3) if dice.chance(0.1) else key] = _size(dice)
     return entry
+
+
+def _size(dice: Dice) -> Any:
+    sort = dice.whole(0, 4)
+    if sort < 2:
+        return dice.number()
+    if sort == 2:
+        return dice.value()
+    return dice.pick(WORDS) if sort == 3 else [dice.number() for _ in range(dice.whole(0, 4))]
 
 
 def declare_effects(folder: Path, entries: list[Any]) -> None:
@@ -86,7 +100,7 @@ def declare_effects(folder: Path, entries: list[Any]) -> None:
     _declare(Rig(effects=tuple(entries)))
 
 
-EFFECTS = Harness("effects", st.lists(effect(), min_size=1, max_size=3), declare_effects)
+EFFECTS = Harness("effects", effects, declare_effects)
 
 
 def estimate() -> bytes:
@@ -109,19 +123,29 @@ def read_estimate(folder: Path, content: bytes) -> None:
     assert math.isfinite(load_knowledge(path).noise.torque_u)
 
 
-ESTIMATE = Harness("estimate", mutated((estimate(),), text=True), read_estimate)
+ESTIMATES = (estimate(),)
+ESTIMATE = Harness("estimate", lambda dice: mutated(dice, ESTIMATES, text=True), read_estimate)
 
-OPTIONS = [item.name for item in dataclasses.fields(EnvConfig)]
+OPTIONS = tuple(item.name for item in dataclasses.fields(EnvConfig))
 NESTED = (
     "counts_per_rev rate_hz cutoff_hz noise_rad delay_s missed_per_count km ktheta Tsl friction "
     "effects track width"
 ).split()
-pairs = st.lists(st.tuples(numbers, numbers), max_size=3)
-given_values = st.one_of(
-    values, numbers, pairs, st.tuples(st.tuples(numbers, numbers), st.tuples(numbers, numbers)),
-    st.dictionaries(st.sampled_from(NESTED), st.one_of(numbers, values), max_size=3),
-    st.sampled_from(["L0", "L3", "state", "random", "surface", "dopri5"]),
-)  # fmt: skip
+CHOICES = ("L0", "L3", "state", "random", "surface", "dopri5")
+
+
+def _option(dice: Dice) -> Any:
+    """Of an environment or a restart: near what is asked for, or nowhere near."""
+    sort = dice.whole(0, 6)
+    if sort < 2:
+        return dice.number()
+    if sort == 2:
+        return [(dice.number(), dice.number()) for _ in range(dice.whole(0, 3))]
+    if sort == 3:
+        return tuple((dice.number(), dice.number()) for _ in range(2))
+    if sort == 4:
+        return {dice.pick(NESTED): dice.value(1) for _ in range(dice.whole(0, 3))}
+    return dice.pick(CHOICES) if sort == 5 else dice.value()
 
 
 USUAL: dict[str, Any] = {
@@ -135,18 +159,16 @@ USUAL_RESET = {
 }  # fmt: skip
 
 
-@st.composite
-def options(draw: st.DrawFn, usual: dict[str, Any], names: list[str]) -> dict[Any, Any]:
+def options(dice: Dice, usual: dict[str, Any], names: tuple[str, ...]) -> dict[Any, Any]:
     """Some usual options and up to two of any value."""
-    kept = draw(st.sets(st.sampled_from(sorted(usual))))
-    found: dict[Any, Any] = {name: usual[name] for name in kept}
-    for _ in range(draw(st.integers(0, 2))):
-        name = draw(st.sampled_from([*names * 5, *HOSTILE]))
+    found: dict[Any, Any] = {name: usual[name] for name in usual if dice.chance(0.4)}
+    for _ in range(dice.whole(0, 2)):
+        name = dice.pick(HOSTILE if dice.chance(0.1) else names)
         nested = found.get(name)
         if isinstance(nested, dict):
-            found[name] = nested | {draw(st.sampled_from(NESTED)): draw(given_values)}
+            found[name] = nested | {dice.pick(NESTED): _option(dice)}
         else:
-            found[name] = draw(given_values)
+            found[name] = _option(dice)
     return found
 
 
@@ -155,9 +177,9 @@ def configure(folder: Path, given: dict[Any, Any]) -> None:
     EnvConfig.from_options(given)
 
 
-CONFIG = Harness("environment", options(USUAL, OPTIONS), configure)
+CONFIG = Harness("environment", lambda dice: options(dice, USUAL, OPTIONS), configure)
 
-RESETS = ["setpoint", "schedule", "start", "state", "phase", "rig", "delay_s", "friction_step"]
+RESETS = ("setpoint", "schedule", "start", "state", "phase", "rig", "delay_s", "friction_step")
 _ENV: list[DrillStringEnv] = []
 
 
@@ -175,12 +197,29 @@ def reset(folder: Path, given: dict[Any, Any]) -> None:
     assert math.isfinite(reward) and all(map(math.isfinite, observation.tolist()))
 
 
-RESET = Harness("reset", options(USUAL_RESET, RESETS), reset, prepare=make)
+RESET = Harness("reset", lambda dice: options(dice, USUAL_RESET, RESETS), reset, prepare=make)
 
-ACTIONS = st.one_of(
-    values, numbers, st.lists(numbers, max_size=2),
-    npst.arrays(npst.scalar_dtypes(), npst.array_shapes(min_dims=0, max_dims=3, max_side=2)),
-)  # fmt: skip
+KINDS = ("?", "b", "H", "i", "Q", "e", "f", "d", "g", "F", "D", "M8[s]", "m8[ns]", "U3", "S2", "O",
+         "f8,i4")  # fmt: skip
+
+
+def action(dice: Dice) -> Any:
+    """A number, a list, an array of any kind and shape, or no action at all."""
+    sort = dice.whole(0, 4)
+    if sort == 0:
+        return dice.value()
+    if sort == 1:
+        return dice.number()
+    if sort == 2:
+        return [dice.number() for _ in range(dice.whole(0, 2))]
+    shape = tuple(dice.whole(0, 2) for _ in range(dice.whole(0, 3)))
+    kind = np.dtype(dice.pick(KINDS) if sort == 3 else dice.pick("fd"))
+    if kind.hasobject:
+        return np.full(shape, dice.number(), dtype=object)
+    if kind.kind == "U":
+        return np.full(shape, dice.text(3), dtype=kind)
+    size = int(np.prod(shape))
+    return np.frombuffer(dice.rng.bytes(size * kind.itemsize), kind).reshape(shape)
 
 
 def act(folder: Path, given: Any) -> None:
@@ -195,12 +234,20 @@ def act(folder: Path, given: Any) -> None:
     assert math.isfinite(reward) and all(map(math.isfinite, observation.tolist()))
 
 
-ACTION = Harness("action", ACTIONS, act, prepare=make)
+ACTION = Harness("action", action, act, prepare=make)
 
-PIECES = st.one_of(
-    st.sampled_from("t|u|=|:|ms|steps| --rate | --seed | --dwell |1|-".split("|")),
-    st.sampled_from(HOSTILE), st.text(max_size=5),
-)  # fmt: skip
+PIECES = "t|u|=|:|ms|steps| --rate | --seed | --dwell |1|-".split("|")
+
+
+def line(dice: Dice) -> tuple[bool, str]:
+    """Whether it is a column map or a signal, and its text."""
+    pieces = [_piece(dice) for _ in range(dice.whole(0, 8))]
+    return dice.chance(0.5), "".join(pieces)
+
+
+def _piece(dice: Dice) -> str:
+    sort = dice.whole(0, 3)
+    return dice.text(5) if sort == 3 else dice.pick(HOSTILE if sort == 2 else PIECES)
 
 
 def parse_lines(folder: Path, given: tuple[bool, str]) -> None:
@@ -211,6 +258,4 @@ def parse_lines(folder: Path, given: tuple[bool, str]) -> None:
         parse_signal(given[1])
 
 
-LINES = Harness(
-    "lines", st.tuples(st.booleans(), st.lists(PIECES, max_size=8).map("".join)), parse_lines
-)
+LINES = Harness("lines", line, parse_lines)

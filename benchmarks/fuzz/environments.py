@@ -13,7 +13,6 @@ import json
 import pickle
 import traceback
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Annotated, Any
 
 import gymnasium as gym
@@ -25,6 +24,7 @@ from rich.progress import track
 
 from benchmarks.fuzz.configurations import draw_options
 from benchmarks.fuzz.forked import forked
+from benchmarks.fuzz.memory import memory
 from drill_env import Rig
 from drill_env.effects import LIBRARY
 from drill_env.environment import DrillStringEnv, DrillStringVectorEnv
@@ -190,17 +190,6 @@ def long_run(steps: int, seed: int) -> tuple[int, float]:
         else:
             worst = max(worst, abs(speed - reference[step % 20]))
     return memory() - size, worst
-
-
-def memory() -> int:
-    """Bytes that this process holds."""
-    import resource
-
-    try:
-        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-        return pages * resource.getpagesize()
-    except OSError:
-        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
 def verdict(seed: int, number: int) -> dict[str, Any]:
