@@ -22,6 +22,9 @@ MOST_GROWN = 2**26
 """Bytes by which a reader may grow after the first tenth of its inputs: pages of the allocator and
 of the libraries; where 10 000 inputs kept what they were, 10 kB each, it would be more."""
 
+MOST_REASONS = 10_000
+"""Kinds of error that are told apart: the count would else be what grows."""
+
 
 @dataclass(frozen=True)
 class Harness:
@@ -118,7 +121,8 @@ def judged(harness: Harness, folder: Path, given: Any, tally: Tally) -> None:
     except InputError as error:
         text = str(error)
         assert text and text.isprintable() and len(text) <= 2001, text
-        tally.reasons.add("".join(c for c in text[-60:] if c.isalpha() or c == " "))
+        if len(tally.reasons) < MOST_REASONS:
+            tally.reasons.add("".join(c for c in text[-60:] if c.isalpha() or c == " "))
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         tally.tried += 1
