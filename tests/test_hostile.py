@@ -301,6 +301,7 @@ MADE = [
     ({"rig": {"km": [1]}}, "km is"), ({"uncertainty": 5}, "uncertainty is 5"),
     ({"history": "a"}, "history is 'a'"), ({"setpoint_range": 5}, "setpoint_range is 5"),
     ({"encoder": {"rate_hz": 1e12}}, "rate_hz is"), ({"encoder": {"delay_s": 1e9}}, "delay_s is"),
+    ({"rig": {"effects": None}}, "effects is None"), ({"rig": {"effects": "a"}}, "effects is 'a'"),
     ({3: 4}, "unknown option 3"), ({"episode_seconds": np.inf}, "finite"),
 ]  # fmt: skip
 
