@@ -349,6 +349,16 @@ def test_what_the_recordings_do_not_tell_moves_nothing():
     assert np.isnan(solved(np.full((2, 2), np.nan), np.ones(2))).all()
 
 
+def test_rounding_makes_no_variance_negative():
+    """An information's smallest eigenvalue is rounding where nothing is told, of either sign."""
+    axes = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    information = axes @ np.diag([2.0, 1.0, -3e-14]) @ axes.T
+    information = 0.5 * (information + information.T)
+    found = inverse(information)
+    assert np.diag(found).min() > 0.0 and np.linalg.eigvalsh(found).min() > -1e-12
+    np.testing.assert_allclose(information @ found @ information, information, atol=1e-12)
+
+
 # -- output -------------------------------------------------------------------------------
 
 
