@@ -47,9 +47,16 @@ def read_rig(folder: Path, content: bytes) -> None:
     _declare(load_rig(path))
 
 
+_DRAWN: dict[Any, Any] = {
+    "id": "table", "component": "lower", "depends_on": "time", "sort": "torque",
+    "knots": [0.0, 1.0], "values": [0.0, 1.0],
+}  # fmt: skip
+
+
 def compiled() -> None:
     """Compile what effects are declared with: on a busy machine that takes longer than an input."""
     _ = [effect.code for effect in LIBRARY.values()]
+    _declare(Rig(effects=(_DRAWN,)))
 
 
 RIG = Harness("rig", lambda dice: mutated(dice, RIGS, text=True), read_rig, prepare=compiled)
@@ -73,10 +80,7 @@ def _effect(dice: Dice) -> Any:
     known = dice.pick(KNOWN)
     entry: dict[Any, Any] = {"id": known.id} | {p.name: p.grid[0] for p in known.parameters}
     if dice.chance(0.25):
-        entry = {
-            "id": "table", "component": "lower", "depends_on": "time", "sort": "torque",
-            "knots": [0.0, 1.0], "values": [0.0, 1.0],
-        }  # fmt: skip
+        entry = dict(_DRAWN)
     own = tuple(entry)
     for _ in range(dice.whole(0, 3)):
         key = dice.pick(own if dice.chance(0.5) else KEYS)
