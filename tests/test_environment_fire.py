@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from benchmarks.fuzz import environments as fire
+from benchmarks.fuzz import long_runs
 from benchmarks.fuzz.configurations import draw_options
 from drill_env import InputError, Rig
 from drill_env.environment import DrillStringEnv, DrillStringVectorEnv
@@ -225,8 +226,23 @@ def test_processes_give_the_same_bits(workers, context):
 
 
 def test_many_steps_grow_no_memory_and_shift_no_time():
-    grown, changed = fire.long_run(10_000, SEED)
-    assert grown < fire.MOST_GROWN and changed < fire.MOST_CHANGED
+    grown, changed = long_runs.long_run(10_000, SEED)
+    assert grown < long_runs.MOST_GROWN and changed < long_runs.MOST_CHANGED
+
+
+def test_many_rigs_that_restart_grow_no_memory():
+    assert long_runs.crowd_run(2_000, 64, SEED) < long_runs.MOST_GROWN
+
+
+def test_what_is_kept_is_seen(monkeypatch):
+    kept, draw = [], long_runs.DrillStringVectorEnv.step
+
+    def step(self, actions):
+        kept.append(np.ones(2000))
+        return draw(self, actions)
+
+    monkeypatch.setattr(long_runs.DrillStringVectorEnv, "step", step)
+    assert long_runs.crowd_run(2_000, 8, SEED) > long_runs.MOST_GROWN
 
 
 @pytest.mark.parametrize("number", [311, 409])

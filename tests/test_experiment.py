@@ -149,6 +149,15 @@ def test_what_is_not_told_is_named():
     assert residual_shape(rich) == []
 
 
+def test_an_interval_that_is_nothing_does_not_shrink():
+    plan = planned()
+    none = np.zeros_like(plan.deviations)
+    best = replace(plan.best, deviations=none)
+    flat = replace(plan, deviations=none, proposals=(best, *plan.proposals[1:]))
+    assert set(flat.shrink(best).values()) == {0.0}
+    assert {p["expected_shrink"] for p in flat.as_dict()["parameters"].values()} == {0.0}
+
+
 def test_an_estimate_survives_its_file(tmp_path):
     _, estimate = fitted()
     save_estimate(estimate, tmp_path / "e.json")

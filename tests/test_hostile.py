@@ -301,6 +301,7 @@ MADE = [
     ({"rig": {"km": [1]}}, "km is"), ({"uncertainty": 5}, "uncertainty is 5"),
     ({"history": "a"}, "history is 'a'"), ({"setpoint_range": 5}, "setpoint_range is 5"),
     ({"encoder": {"rate_hz": 1e12}}, "rate_hz is"), ({"encoder": {"delay_s": 1e9}}, "delay_s is"),
+    ({"rig": {"effects": None}}, "effects is None"), ({"rig": {"effects": "a"}}, "effects is 'a'"),
     ({3: 4}, "unknown option 3"), ({"episode_seconds": np.inf}, "finite"),
 ]  # fmt: skip
 
@@ -346,6 +347,16 @@ def test_what_the_recordings_do_not_tell_moves_nothing():
     regular = np.array([[2.0, 0.5], [0.5, 1.0]])
     np.testing.assert_allclose(solved(regular, np.eye(2)), inverse(regular), rtol=1e-12)
     assert np.isnan(solved(np.full((2, 2), np.nan), np.ones(2))).all()
+
+
+def test_rounding_makes_no_variance_negative():
+    """An information's smallest eigenvalue is rounding where nothing is told, of either sign."""
+    axes = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    information = axes @ np.diag([2.0, 1.0, -3e-14]) @ axes.T
+    information = 0.5 * (information + information.T)
+    found = inverse(information)
+    assert np.diag(found).min() > 0.0 and np.linalg.eigvalsh(found).min() > -1e-12
+    np.testing.assert_allclose(information @ found @ information, information, atol=1e-12)
 
 
 # -- output -------------------------------------------------------------------------------

@@ -61,7 +61,7 @@ def diagnose(tool: tuple[str, ...], case: Path, out: Path, limit: float) -> dict
     """
     environment = {**os.environ, **dict.fromkeys(_ONE_THREAD, "1")}
     with tempfile.TemporaryDirectory() as hidden:
-        copy = Path(shutil.copytree(case, Path(hidden) / "case"))
+        copy = _copied(case, Path(hidden))
         log = Path(hidden) / "log"
         began = time.perf_counter()
         with log.open("wb") as stream:
@@ -75,6 +75,17 @@ def diagnose(tool: tuple[str, ...], case: Path, out: Path, limit: float) -> dict
         "exit_status": status, "cpu_s": usage.ru_utime + usage.ru_stime,
         "wall_s": time.perf_counter() - began, "output_tail": tail,
     }  # fmt: skip
+
+
+def _copied(case: Path, folder: Path) -> Path:
+    """A copy beside which no other case lies."""
+    try:
+        return Path(shutil.copytree(case, folder / "case"))
+    except OSError as error:
+        raise InputError(
+            f"cannot copy it into the temporary folder {folder}: make room there, or set "
+            "TMPDIR to another place"
+        ) from error
 
 
 def _wait(process: subprocess.Popen[bytes], deadline: float) -> tuple[int, Any]:

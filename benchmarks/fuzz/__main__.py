@@ -22,6 +22,7 @@ def main() -> int:
     parser.add_argument("readers", nargs="*", metavar="READER", help=", ".join(HARNESSES))
     parser.add_argument("--inputs", type=int, default=100_000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0, help="number of the first input")
     args = parser.parse_args()
     unknown = sorted(set(args.readers) - set(HARNESSES))
     if unknown:
@@ -31,7 +32,8 @@ def main() -> int:
         folder = Path(tempfile.mkdtemp(prefix=f"fuzz-{name}-"))
         # Threads that others have started would not survive a fork.
         context = multiprocessing.get_context("spawn")
-        process = context.Process(target=run, args=(name, folder, args.inputs, args.seed))
+        given = (name, folder, args.inputs, args.seed, args.first)
+        process = context.Process(target=run, args=given)
         process.start()
         process.join()
         if process.exitcode:

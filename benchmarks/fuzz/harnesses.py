@@ -1,13 +1,13 @@
 """Every harness by its reader's name."""
 
-from benchmarks.fuzz import documents, recorded, trained
+from benchmarks.fuzz import asked, documents, recorded, trained
 
 HARNESSES = {
     harness.name: harness
     for harness in (
         recorded.CSV, recorded.GZIP, recorded.PARQUET, recorded.MAT, recorded.FOLDER,
-        documents.RIG, documents.EFFECTS, documents.ESTIMATE, documents.CONFIG, documents.RESET,
-        documents.ACTION,
-        documents.LINES, trained.POLICY, trained.CHECKPOINT,
+        documents.RIG, documents.EFFECTS, documents.ESTIMATE, asked.CONFIG, asked.RESET,
+        asked.ACTION,
+        asked.LINES, trained.POLICY, trained.CHECKPOINT,
     )
 }  # fmt: skip

@@ -29,6 +29,7 @@ import pandas as pd
 import typer
 
 from benchmarks.fuzz.works import ROOT, WORKS, Work, recordings
+from drill_env._files import make_folder
 
 SIGNALS = (signal.SIGKILL, signal.SIGINT, signal.SIGTERM)
 LOG = "log"
@@ -89,6 +90,8 @@ class Tally:
 
 def start(work: Work, inputs: Path, out: Path, *more: str) -> subprocess.Popen[bytes]:
     """The command in a group of its own, in which an interrupt is not ignored."""
+    # Where one file is written, its folder must be there.
+    make_folder(out)
     # A file: a pipe would be held open by processes that go on.
     with (inputs / LOG).open("wb") as log:
         return subprocess.Popen(

@@ -1,12 +1,15 @@
 """Odd places to run in: `python -m benchmarks.fuzz.places` (minutes: it compiles anew).
 
-No folder to write to, no home, no cache, an empty cache that two processes fill, two threads.
+No folder to write to, no room, no home, no cache, an empty cache that two processes fill, two
+threads.
 """
 
 from __future__ import annotations
 
 import ctypes
+import functools
 import os
+import resource
 import shutil
 import subprocess
 import sys
@@ -18,13 +21,17 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.fuzz.killed import READERS, leftovers, outputs
 from benchmarks.fuzz.works import ROOT, WORKS, recordings
 from drill_env import Rig
+from drill_env._files import make_folder
 from drill_env.diagnosis.diagnose import diagnose
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.integrator import simulate
 from drill_env.recordings import read_recording
 
+ROOM = 200
+"""Bytes of a file: less than any result."""
 PR_CAPBSET_DROP, CAP_DAC_OVERRIDE = 24, 1
 FILTER = """
 import numpy as np
@@ -38,14 +45,20 @@ print(simulate(rig, 3.5, 5.0).state.tobytes().hex())
 """
 
 
-def _bound() -> None:
-    """Take from the superuser what lets him write where nobody may."""
+def _bound(room: int | None) -> None:
+    """Take from the superuser what lets him write where nobody may; leave files so many bytes."""
+    if room is not None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
     if os.getuid() == 0:
         ctypes.CDLL(None).prctl(PR_CAPBSET_DROP, CAP_DAC_OVERRIDE, 0, 0, 0)
 
 
 def run(
-    argv: list[str], cwd: Path, extra: Mapping[str, str], root: Path = ROOT
+    argv: list[str],
+    cwd: Path,
+    extra: Mapping[str, str],
+    root: Path = ROOT,
+    room: int | None = None,
 ) -> subprocess.Popen[str]:
     """A process for which permissions hold, whoever starts it.
 
@@ -54,18 +67,37 @@ def run(
         cwd: where.
         extra: environment variables.
         root: of the code.
+        room: bytes that a file may have; to write more fails as on a full disk.
     """
     return subprocess.Popen(
         argv, cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        env={**os.environ, "PYTHONPATH": str(root), **extra}, preexec_fn=_bound,
+        env={**os.environ, "PYTHONPATH": str(root), **extra},
+        preexec_fn=functools.partial(_bound, room),
     )  # fmt: skip
 
 
-def refused(name: str, folder: Path, out: Path) -> tuple[int, str]:
-    """Exit status and error of a work that cannot write to `out`."""
-    process = run(WORKS[name].argv(folder / "inputs", out), folder, {})
+def refused(name: str, folder: Path, out: Path, room: int | None = None) -> tuple[int, str]:
+    """Exit status and error of a work that cannot write to `out`, or not so much."""
+    process = run(WORKS[name].argv(folder / "inputs", out), folder, {}, room=room)
     _, err = process.communicate(timeout=300)
     return process.returncode, err
+
+
+def one_error(status: int, err: str) -> bool:
+    """Whether a work has ended as bad input does."""
+    last = err.strip().splitlines()[-1:]
+    return status == 2 and "Traceback" not in err and last[0].startswith("error: ")
+
+
+def half_there(out: Path) -> list[str]:
+    """Files that cannot be read, and those that were never put in place."""
+    found = [path.name for path in leftovers(out)]
+    for path in outputs(out):
+        try:
+            READERS[path.suffix](path)
+        except Exception as error:
+            found.append(f"{path.name}: {error}")
+    return found
 
 
 def unwritable(folder: Path) -> tuple[Path, Path]:
@@ -159,9 +191,16 @@ def main() -> int:
                 if work == "writing":
                     continue
                 status, err = refused(work, folder, out)
-                last = err.strip().splitlines()[-1:]
-                right = status == 2 and "Traceback" not in err and last[0].startswith("error: ")
+                right = one_error(status, err)
                 told(f"{work} into {out.name}", right, f"{status} {err[-800:]}")
+        for work in WORKS:
+            if work == "writing":
+                continue
+            out = make_folder(folder / "full" / work)
+            status, err = refused(work, folder, out, ROOM)
+            half = half_there(out)
+            right = one_error(status, err) and not half
+            told(f"{work} on a full disk", right, f"{status} {err[-800:]} {half}")
         case = folder / "inputs" / "cases" / "case-0"
         alone = moved(), diagnosed(case)
         told("two threads that simulate", in_threads(moved) == [alone[0]] * 2)

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import gzip
 import io
-import os
 import zlib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -15,13 +12,14 @@ from unittest import mock
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from hypothesis import strategies as st
 from scipy.io import savemat
 
-from benchmarks.fuzz.inputs import HOSTILE, mutated
+from benchmarks.fuzz.dice import Dice
+from benchmarks.fuzz.hostile import HOSTILE
+from benchmarks.fuzz.inputs import mutated
 from benchmarks.fuzz.judge import Harness
-from drill_env import InputError
-from drill_env.recordings import Recording, _read_apart, apart, limits, parse_map, read_folder
+from benchmarks.fuzz.reading import Reader
+from drill_env.recordings import Recording, apart, limits, parse_map, read_folder
 from drill_env.recordings.read import read_recording
 
 ROWS = 30
@@ -67,7 +65,9 @@ def _read(path: Path, content: bytes, how: tuple[int, bool]) -> None:
     sane(read_recording(path, parse_map(entries), missing="keep" if keep else "refuse"))
 
 
-ways = st.tuples(st.integers(0, len(MAPS) - 1), st.booleans())
+def way(dice: Dice) -> tuple[int, bool]:
+    """Place of the map of columns, and whether rows without a value are kept."""
+    return dice.whole(0, len(MAPS) - 1), dice.chance(0.5)
 
 
 def read_csv(folder: Path, given: tuple[bytes, bool, tuple[int, bool]]) -> None:
@@ -83,52 +83,37 @@ def read_packed(folder: Path, given: tuple[bytes, tuple[int, bool]]) -> None:
 
 
 TEXTS = (csv_text(), csv_text(";", "\r\n"), csv_text("\t", "\r"), b"\xef\xbb\xbf# " + csv_text())
-CSV = Harness("csv", st.tuples(mutated(TEXTS, text=True), st.booleans(), ways), read_csv)
-ARCHIVES = (gzip.compress(TEXTS[0]), gzip.compress(b"t,u\n" * 10**5))
-GZIP = Harness(
-    "gzip",
-    st.tuples(
-        mutated((gzip.compress(TEXTS[0]), gzip.compress(b"t,u\n" * 10**6)), text=False), ways
-    ),
-    read_packed,
+CSV = Harness(
+    "csv", lambda dice: (mutated(dice, TEXTS, text=True), dice.chance(0.5), way(dice)), read_csv
 )
+BOMB = gzip.compress(b"t,u\n" * 10**6)
+ARCHIVES = (gzip.compress(TEXTS[0]), gzip.compress(TEXTS[1], 0))
 
 
-@contextlib.contextmanager
-def forked() -> Iterator[None]:
-    """Read binary files in a fork of this process: a new one for each takes half a second."""
-    with mock.patch.object(apart, "_run", _forked):
-        yield
+def archive(dice: Dice) -> tuple[bytes, tuple[int, bool]]:
+    """A damaged one, or one of several members whose sums fit.
+
+    Rarely one that unpacks to megabytes, which takes a hundred times as long.
+    """
+    if dice.chance(0.5):
+        seeds = (BOMB,) if dice.chance(0.02) else ARCHIVES
+        return mutated(dice, seeds, text=False), way(dice)
+    text = dice.pick(TEXTS) if dice.chance(0.5) else mutated(dice, TEXTS, text=False)
+    cuts = sorted(dice.whole(0, len(text)) for _ in range(dice.whole(0, 3)))
+    edges = [0, *cuts, len(text)]
+    members = [text[a:b] for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    return b"".join(gzip.compress(each, dice.whole(0, 2)) for each in members), way(dice)
 
 
-def _forked(path: Path, kind: apart.Kind) -> bytes:
-    out = path.with_suffix(".out")
-    child = os.fork()
-    if child == 0:
-        status = 70
-        try:
-            with out.open("wb") as stream:
-                os.dup2(stream.fileno(), 1)
-            os.close(2)
-            given = apart._LIMITS | {"memory": 1_000_000_000, "seconds": 4}
-            status = _read_apart.main(kind, path, given)
-        finally:
-            os._exit(status)
-    try:
-        _, ended = os.waitpid(child, 0)
-    except BaseException:
-        os.kill(child, 9)
-        os.waitpid(child, 0)
-        raise
-    status = os.waitstatus_to_exitcode(ended)
-    if status:
-        raise InputError(f"{path}: {apart._reason(status, kind)}")
-    return out.read_bytes()
+GZIP = Harness("gzip", archive, read_packed)
+
+
+_READER = Reader()
 
 
 def read_binary(folder: Path, given: tuple[str, bytes, tuple[int, bool]]) -> None:
     """A Parquet or MATLAB file."""
-    with forked():
+    with mock.patch.object(apart, "_run", _READER):
         _read(folder / given[0], *given[1:])
 
 
@@ -143,27 +128,28 @@ KINDS = (
 PACKERS = ("none", "snappy", "zstd", "gzip")
 
 
-@st.composite
-def parquet(draw: st.DrawFn) -> bytes:
+NAMES = ("t", "u", "theta_u", "theta_l", "omega_u", "x", "")
+
+
+def parquet(dice: Dice) -> bytes:
     """A valid Parquet file with columns of any kind."""
-    known = ["t", "u", "theta_u", "theta_l", "omega_u", "x", ""]
-    names = draw(st.lists(st.sampled_from([*known, *HOSTILE]), min_size=1, max_size=6))
+    names = [
+        dice.pick(HOSTILE if dice.chance(0.1) else NAMES) for _ in range(dice.whole(1, 6))
+    ]  # fmt: skip
     columns, clean = [], channels()
     for name in names:
-        kind = draw(st.sampled_from(KINDS))
-        values = clean.get(name)
-        if values is None or draw(st.integers(0, 3)) == 0:
+        kind, values = dice.pick(KINDS), clean.get(name)
+        if values is None or dice.chance(0.25):
             columns.append(pa.nulls(ROWS, kind))
             continue
         try:
             columns.append(pa.array(values).cast(kind, safe=False))
         except (pa.ArrowInvalid, pa.ArrowNotImplementedError):
             columns.append(pa.array(values))
-    table = pa.Table.from_arrays(columns, names=names)
     out = io.BytesIO()
     try:
         pq.write_table(
-            table, out, compression=draw(st.sampled_from(["none", "snappy", "zstd", "gzip"]))
+            pa.Table.from_arrays(columns, names=names), out, compression=dice.pick(PACKERS)
         )
     except (pa.ArrowNotImplementedError, pa.ArrowInvalid):
         return parquet_seed()
@@ -181,13 +167,15 @@ PARQUET_SEEDS = (
     parquet_seed(compression="none"), parquet_seed(compression="zstd"),
     parquet_seed(compression="gzip", use_dictionary=False, data_page_version="2.0"),
 )  # fmt: skip
-PARQUET = Harness(
-    "parquet",
-    st.tuples(
-        st.just("run.parquet"), st.one_of(mutated(PARQUET_SEEDS, text=False), parquet()), ways
-    ),
-    read_binary,
-)
+
+
+def columnar(dice: Dice) -> tuple[str, bytes, tuple[int, bool]]:
+    """A damaged Parquet file, or an odd one."""
+    content = parquet(dice) if dice.chance(0.5) else mutated(dice, PARQUET_SEEDS, text=False)
+    return "run.parquet", content, way(dice)
+
+
+PARQUET = Harness("parquet", columnar, read_binary)
 
 
 def mat_seed(**options: Any) -> bytes:
@@ -201,22 +189,25 @@ def mat_seed(**options: Any) -> bytes:
     return out.getvalue()
 
 
-@st.composite
-def repacked(draw: st.DrawFn) -> bytes:
+MAT_SEEDS = (mat_seed(), mat_seed(do_compression=True), mat_seed(oned_as="row"))
+
+
+def repacked(dice: Dice) -> bytes:
     """A MATLAB file damaged inside its compressed parts, whose sizes and sums fit again."""
-    content = mat_seed()
-    start = draw(st.sampled_from([len(content) // 3, 128, 128 + 248]))
-    inside = draw(mutated((content[128:], content[start:]), text=False))
+    content = MAT_SEEDS[0]
+    start = dice.pick((len(content) // 3, 128, 128 + 248))
+    inside = mutated(dice, (content[128:], content[start:]), text=False)
     packed = zlib.compress(inside, 1)
     return content[:128] + np.array([15, len(packed)], "<i4").tobytes() + packed
 
 
-MAT_SEEDS = (mat_seed(), mat_seed(do_compression=True), mat_seed(oned_as="row"))
-MAT = Harness(
-    "mat",
-    st.tuples(st.just("run.mat"), st.one_of(mutated(MAT_SEEDS, text=False), repacked()), ways),
-    read_binary,
-)
+def workspace(dice: Dice) -> tuple[str, bytes, tuple[int, bool]]:
+    """A MATLAB file damaged outside or inside."""
+    content = repacked(dice) if dice.chance(0.5) else mutated(dice, MAT_SEEDS, text=False)
+    return "run.mat", content, way(dice)
+
+
+MAT = Harness("mat", workspace, read_binary)
 
 MANIFEST = b"""[defaults]
 columns = { t = "t", u = "u", theta_u = "theta_u" }
@@ -247,4 +238,4 @@ def read_manifest(folder: Path, content: bytes) -> None:
         sane(recording)
 
 
-FOLDER = Harness("manifest", mutated((MANIFEST,), text=True), read_manifest)
+FOLDER = Harness("manifest", lambda dice: mutated(dice, (MANIFEST,), text=True), read_manifest)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import io
 import json
@@ -9,8 +10,8 @@ import zipfile
 from pathlib import Path
 
 import numpy as np
-from hypothesis import strategies as st
 
+from benchmarks.fuzz.dice import Dice
 from benchmarks.fuzz.inputs import mutated
 from benchmarks.fuzz.judge import Harness
 from drill_env.agents import find, load
@@ -44,19 +45,18 @@ def read_policy(folder: Path, given: tuple[bytes, bytes, bool]) -> None:
     assert np.isfinite(agent.network(np.zeros((1, agent.network.inputs)))).all()
 
 
-SETTINGS = st.one_of(st.just(SETTING), mutated((SETTING,), text=True))
-POLICY = Harness(
-    "policy",
-    st.tuples(
-        SETTINGS,
-        st.one_of(
-            st.just(policy(packed=True)),
-            mutated((policy(packed=False), policy(packed=True)), text=False),
-        ),
-        st.sampled_from([True, True, True, False]),
-    ),
-    read_policy,
-)
+POLICIES = (policy(packed=False), policy(packed=True))
+
+
+def agent(dice: Dice) -> tuple[bytes, bytes, bool]:
+    """A setting and a network, of which at least one is damaged, and whether the sum is mended."""
+    sort = dice.whole(0, 2)
+    setting = mutated(dice, (SETTING,), text=True) if sort != 0 else SETTING
+    content = mutated(dice, POLICIES, text=False) if sort != 1 else POLICIES[1]
+    return setting, content, dice.chance(0.75)
+
+
+POLICY = Harness("policy", agent, read_policy)
 
 
 def checkpoint() -> bytes:
@@ -81,6 +81,12 @@ def read_archive(folder: Path, content: bytes) -> None:
     assert 0 <= steps < 2**63
 
 
+@functools.cache
+def checkpoints() -> tuple[bytes, ...]:
+    """Made when they are asked for: torch takes seconds to load."""
+    return (checkpoint(),)
+
+
 CHECKPOINT = Harness(
-    "checkpoint", st.deferred(lambda: mutated((checkpoint(),), text=False)), read_archive
+    "checkpoint", lambda dice: mutated(dice, checkpoints(), text=False), read_archive
 )

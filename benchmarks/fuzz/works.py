@@ -111,9 +111,15 @@ WORKS = {
             ],
             lingers=True,
         ),
+        Work(
+            "design", lambda inputs, out: [
+                *CLI, "design-experiment", "--recordings", _pair(inputs)[0], "--seconds", "20",
+                "--variants", "2", "--out", str(out / "next.csv"),
+            ],
+        ),
         Work("train", lambda _, out: [*TRAIN, "--out", str(out)], goes_on=("--resume",)),
         Work(
-            "writing", lambda _, out: [sys.executable, "-c", WRITER, str(make_folder(out))],
+            "writing", lambda _, out: [sys.executable, "-c", WRITER, str(out)],
             endless=True,
         ),
     )

@@ -188,7 +188,7 @@ def _show(plan: Plan) -> None:
         about = "~" if entry["rough"] else ""
         table.add_row(
             name, f"{entry['value']:.5g}", f"{now:.2g}", f"{about}{after:.2g}",
-            f"{about}{now / after:.3g}x",
+            f"{about}{1.0 / (1.0 - entry['expected_shrink']):.3g}x",
         )  # fmt: skip
     show(table)
     if plan.rough:

@@ -81,7 +81,11 @@ class Plan:
 
     def shrink(self, proposal: Proposal) -> dict[str, float]:
         """By which share each interval is expected to shrink, 0 to 1."""
-        left = proposal.deviations / self.deviations
+        # Of a parameter at its bound the interval is nothing already.
+        left = np.divide(
+            proposal.deviations, self.deviations,
+            out=np.ones_like(self.deviations), where=self.deviations > 0.0,
+        )  # fmt: skip
         return dict(zip(self.knowledge.free, (1.0 - left).tolist(), strict=True))
 
     def mean_shrink(self, proposal: Proposal) -> float:
@@ -90,7 +94,7 @@ class Plan:
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain data; intervals are half widths at 95 %."""
-        free = self.knowledge.free
+        free, shrink = self.knowledge.free, self.shrink(self.best)
         return {
             "criterion": self.criterion,
             "signal": self.best.signal.text,
@@ -100,7 +104,7 @@ class Plan:
                     "value": getattr(self.knowledge.rig, name),
                     "half_width": SIGMAS * before,
                     "expected_half_width": SIGMAS * after,
-                    "expected_shrink": 1.0 - after / before,
+                    "expected_shrink": shrink[name],
                     "rough": name in self.rough,
                 }
                 for name, before, after in zip(

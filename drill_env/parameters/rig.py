@@ -167,6 +167,9 @@ def _validate(rig: Rig) -> None:
     if rig.friction not in get_args(FrictionLaw):
         names = ", ".join(get_args(FrictionLaw))
         raise InputError(f"friction is {rig.friction!r}: give one of {names}")
+    if not isinstance(rig.effects, (tuple, list)):
+        raise InputError(f"effects is {rig.effects!r}: give a list of tables, each with its id")
+    object.__setattr__(rig, "effects", tuple(rig.effects))
     if rig.friction == "stribeck":
         _require(
             -rig.Tsl <= rig.T1 <= 0, "T1", rig.T1,
