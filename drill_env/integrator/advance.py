@@ -102,7 +102,6 @@ def end_sample(run, work):
 
 
 @inlined
-@inlined
 def sample_at(work, tab, i, s):
     """As `dense_at`, written out for the pair of the environments, most of whose reads are here."""
     if tab.degree != 4:
