@@ -100,32 +100,24 @@ def diagnose(
         raise InputError("diagnose needs at least one recording to fit")
     if rig.inertias == 1:
         return diagnose_by_prediction(recordings, rig, holdout, options, report)
-    upper = _at_the_driven_disc(recordings, rig, holdout, options, report)
-    if upper is not None:
-        return upper
     declared(rig)
     _check_told([*recordings, *holdout])
-    options = replace(options, fixed=with_known_scale([*recordings, *holdout], options.fixed))
-    rig = rig.replace(**options.fixed)
     # The matrices are small: threads of the linear algebra would only wait for each other.
     with threadpool_limits(1):
-        relative = made_of_twist(recordings)
-        samples = [prepare(r, rig, relative=relative) for r in recordings]
-        held = [prepare(r, rig, relative=relative) for r in holdout]
-        _check_channels(held)
-        return _diagnose(samples, held, rig, options, report)
+        whole = _diagnose(recordings, holdout, rig, options, report)
+    if whole.result.verdict != "unexplained":
+        return whole
+    return _at_the_driven_disc(recordings, rig, holdout, options, report) or whole
 
 
 def _at_the_driven_disc(
     recordings: Sequence[Recording], rig: Rig, holdout: Sequence[Recording],
     options: DiagnosisOptions, report: Report,
 ) -> PredictionDiagnosis | None:  # fmt: skip
-    """What is missing at the driven disc if its torque and the string's other end were measured.
+    """What is named at the driven disc if its torque and the string's other end were measured.
 
-    What has no name there may be an effect of another place: then the whole rig is asked.
-
-    Then all that moves it is known, whatever is behind the string. Effects in the rig file may be
-    behind it, so there the whole rig is asked.
+    Then all that moves it is known, though the other end may move as no disc on a brake does.
+    Effects in the rig file may be behind it: then the whole rig alone is asked.
     """
     every = [*recordings, *holdout]
     if rig.effects or not torque_driven(every) or any(len(r.angles()) < 2 for r in every):
@@ -163,8 +155,15 @@ def _check_channels(held: Sequence[Samples]) -> None:
 
 
 def _diagnose(
-    samples: list[Samples], held: list[Samples], rig: Rig, options: DiagnosisOptions, report: Report
-) -> Diagnosis:
+    recordings: Sequence[Recording], holdout: Sequence[Recording], rig: Rig,
+    options: DiagnosisOptions, report: Report,
+) -> Diagnosis:  # fmt: skip
+    options = replace(options, fixed=with_known_scale([*recordings, *holdout], options.fixed))
+    rig = rig.replace(**options.fixed)
+    relative = made_of_twist(recordings)
+    samples = [prepare(r, rig, relative=relative) for r in recordings]
+    held = [prepare(r, rig, relative=relative) for r in holdout]
+    _check_channels(held)
     measured = torque_driven([s.recording for s in samples])
     scale = "km" if measured or "km" in options.fixed else "Ju"
     free = free_parameters(rig, options.fixed, scale)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.linearised import Known, Linearised
@@ -67,8 +68,7 @@ def _frequencies(linearised: Linearised, disc: int) -> list[float]:
         total += np.abs(np.fft.rfft(np.bincount(place, pull[:, disc], minlength=size))) ** 2
     hertz = np.fft.rfftfreq(size, interval)
     wide = max(int(0.02 * len(total)), 5)
-    kernel = np.ones(wide) / wide
-    relative = total / (np.convolve(total, kernel, mode="same") + 1e-300)
+    relative = total / (uniform_filter1d(total, wide, mode="constant") + 1e-300)
     relative[(hertz < 0.03) | (hertz > min(_HIGHEST_HZ, 0.45 / max(intervals)))] = 0.0
     found: list[float] = []
     for place in np.argsort(-relative)[:200]:
@@ -102,7 +102,7 @@ def _orders(linearised: Linearised, p: EffectParameter, effect: Effect) -> list[
         total += np.abs(np.fft.rfft(binned)) ** 2
     order = np.arange(len(total)) * bins / size
     wide = max(int(0.02 * len(total)), 5)
-    relative = total / (np.convolve(total, np.ones(wide) / wide, mode="same") + 1e-300)
+    relative = total / (uniform_filter1d(total, wide, mode="constant") + 1e-300)
     relative[(order < lowest) | (order > highest)] = 0.0
     apart = 4.0 * np.pi / longest
     found: list[float] = []

@@ -187,14 +187,23 @@ def _moments_of(linearised: Linearised, disc: int) -> list[_Moment]:
     last = max(float(k.motion.t[-1]) for k in linearised.known)
     size = int((last - first) / interval) + 1
     pulls = []
+    period = linearised.fit.rig.natural_period
     for known, pull in zip(linearised.known, linearised.pull, strict=True):
+        # What strikes within a period of a start is as well the state that it was begun from.
+        told = _since_start(known.motion) >= period
         place = ((known.motion.t - first) / interval + 0.5).astype(np.int64)
-        pulls.append(np.bincount(np.minimum(place, size - 1), pull[:, disc], minlength=size))
+        pulls.append(np.bincount(np.minimum(place, size - 1), told * pull[:, disc], minlength=size))
     alone: list[tuple[float, _Moment]] = []
     for known, pull in zip(linearised.known, pulls, strict=True):
         alone += _outstanding(pull, known.motion.recording, first, interval)
     together = _outstanding(np.sum(pulls, axis=0), None, first, interval) if len(pulls) > 1 else []
     return [*_best(alone), *_best(together)]
+
+
+def _since_start(motion: Motion) -> FloatArray:
+    """Time (s) at each row since the state was begun anew."""
+    lengths = np.diff([*motion.restarts.tolist(), len(motion.t)])
+    return motion.t - np.repeat(motion.t[motion.restarts], lengths)
 
 
 def _best(moments: Sequence[tuple[float, _Moment]]) -> list[_Moment]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.grids import MOST_PLACES
@@ -181,7 +182,7 @@ def _peaks(linearised: Linearised, wave: Wave) -> tuple[list[float], float]:
         return [], apart
     cycles, power = cycles[kept], power[kept]
     wide = min(int(_AROUND * apart / (cycles[1] - cycles[0])), len(power))
-    usual = np.convolve(power, np.ones(wide) / wide, mode="same")
+    usual = uniform_filter1d(power, wide, mode="constant")
     gains = power / np.maximum(usual, _information(linearised, wave, cycles))
     return _highest(cycles, gains, apart), apart
 
