@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias, cast
 
 from drill_env._errors import InputError, printable
+from drill_env.recordings.limits import LARGEST
 
 Channel: TypeAlias = Literal["t", "u", "torque", "theta_u", "theta_l", "omega_u", "omega_l"]
 CHANNELS: tuple[Channel, ...] = ("t", "u", "torque", "theta_u", "theta_l", "omega_u", "omega_l")
@@ -37,6 +38,7 @@ UNITS: dict[Channel, dict[str, float]] = {
     "omega_u": _VELOCITY,
     "omega_l": _VELOCITY,
 }
+DRIVES: tuple[Channel, ...] = ("u", "torque")
 COUNTED: dict[Channel, str] = {
     "theta_u": "counts", "theta_l": "counts", "omega_u": "counts/s", "omega_l": "counts/s",
 }  # fmt: skip
@@ -51,19 +53,21 @@ _STANDS_FOR: dict[Channel, Channel] = {
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One channel's column in a file.
+    """One channel's column in a file, or the number in its place.
 
     Attributes:
         name: the column's name in the file.
         unit: the unit as stated, None when nothing was stated.
         scale: SI value of one unit.
         turn: counts per revolution, for counted angles.
+        constant: a number in SI units that stands for the whole column.
     """
 
     name: str
     unit: str | None = None
     scale: float = 1.0
     turn: float | None = None
+    constant: float | None = None
 
     @property
     def stated(self) -> bool:
@@ -72,7 +76,7 @@ class Column:
 
 
 ColumnMap: TypeAlias = Mapping[Channel, str]
-"""Channel to "COLUMN" or "COLUMN:UNIT", as `parse_map` returns it."""
+"""Channel to "COLUMN" or "COLUMN:UNIT", as `parse_map` returns it; to a number for a drive."""
 
 
 def parse_map(entries: Iterable[str]) -> dict[Channel, str]:
@@ -81,7 +85,8 @@ def parse_map(entries: Iterable[str]) -> dict[Channel, str]:
     Units: t in s, ms, us, ns, min; u in V, mV, uV, kV; torque in Nm, mNm, uNm, Ncm, kNm or, of
     a linear axis, N, mN, kN; angles in rad, mrad, deg, turn, rev, m, cm, mm, um or ``counts/N``
     (N counts per revolution); velocities in any of these a second (rad/s, deg/s, ...), rpm or
-    ``counts/N`` (counts a second); or a bare number to multiply by.
+    ``counts/N`` (counts a second); or a bare number to multiply by. For u and torque a number may
+    stand in place of the column: ``u=0`` is a free decay.
 
     Raises:
         InputError: an entry has no "=", an unknown channel or comes twice.
@@ -146,7 +151,7 @@ def missing_text(source: str, channels: Sequence[str], found: Sequence[str]) -> 
     short = [f.lower() for f in found if len(f) < 60]
     near = difflib.get_close_matches(one.lower(), short, n=1, cutoff=0.7)
     guess = next((f for f in found if near and f.lower() == near[0]), "COLUMN")
-    torque = " (or --map torque=COLUMN, a measured torque)" if one == "u" else ""
+    torque = " (or --map torque=COLUMN, a measured torque, or --map u=0, no drive)" if one == "u" else ""
     return (
         f"{source}: no column {' and '.join(channels)}; found: {listed(found)}. "
         f"Name it, for example --map {one}={guess}{torque}"
@@ -164,16 +169,19 @@ def _parse(source: str, channel: Channel, text: str, found: Sequence[str]) -> Co
     name, colon, unit = (text, "", "") if text in found else text.rpartition(":")
     if not colon:
         name, unit = text, ""
-    if name not in found:
+    number = number_of(name) if channel in DRIVES and name not in found else None
+    if name not in found and number is None:
         raise InputError(missing_text(source, (name,), found).replace(f"{name}=", f"{channel}=", 1))
-    if not unit:
-        return Column(name)
     turn = counts_per_turn(unit)
     if turn and channel in COUNTED:
         return Column(name, unit, 2.0 * math.pi / turn, turn if channel in ANGLES else None)
-    if unit in UNITS[channel]:
-        return Column(name, unit, UNITS[channel][unit])
-    return Column(name, unit, _number(channel, text, unit))
+    scale = (UNITS[channel].get(unit) or _number(channel, text, unit)) if unit else 1.0
+    if number is not None:
+        most, si = LARGEST[channel]
+        number *= scale
+        if not abs(number) <= most:
+            raise InputError(f"{source}: {channel}={text} is beyond {most:g} {si}; give less")
+    return Column(name, unit or None, scale, constant=number)
 
 
 def counts_per_turn(unit: str) -> float | None:
@@ -182,12 +190,18 @@ def counts_per_turn(unit: str) -> float | None:
     return (float(counts[1]) or None) if counts else None
 
 
-def _number(channel: Channel, text: str, unit: str) -> float:
+def number_of(text: str) -> float | None:
+    """The finite number that a text is, None where it is none."""
     try:
-        scale = float(unit)
+        number = float(text)
     except ValueError:
-        scale = math.nan
-    if math.isfinite(scale) and scale != 0.0:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def _number(channel: Channel, text: str, unit: str) -> float:
+    scale = number_of(unit)
+    if scale:
         return scale
     names = [*UNITS[channel], *(["counts/N"] if channel in COUNTED else []), "a number to multiply"]
     raise InputError(f"--map {channel}={text}: unknown unit {unit!r}; known: {', '.join(names)}")

@@ -111,6 +111,9 @@ def _channels(
     rows = len(table.columns[columns["t"].name])
     for name, column in columns.items():
         places[name] = Place(source, name, column, table.first_row)
+        if column.constant is not None:
+            values[name] = np.full(rows, column.constant)
+            continue
         raw = table.columns[column.name]
         if len(raw) != rows:
             raise InputError(
@@ -156,9 +159,9 @@ def _checked(
 ) -> tuple[list[RecordingWarning], dict[str, float]]:
     """Remarks and encoder steps; wrapped angles are unwrapped in `values`."""
     notes = check_time(values["t"], places["t"])
-    if "u" in values:
+    if "u" in values and places["u"].column.constant is None:
         notes += check_voltage(values["u"], places["u"])
-    if "torque" in values:
+    if "torque" in values and places["torque"].column.constant is None:
         notes += check_torque(values["torque"], places["torque"])
     for name in VELOCITIES:
         if name in values:
