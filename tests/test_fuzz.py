@@ -7,7 +7,7 @@ import pytest
 from benchmarks.fuzz.harnesses import HARNESSES
 from benchmarks.fuzz.judge import fuzz
 
-INPUTS = {"parquet": 30, "mat": 30, "reset": 60, "effects": 120}
+INPUTS = {"parquet": 30, "mat": 30, "json": 60, "reset": 60, "effects": 120}
 
 
 @pytest.mark.parametrize("name", HARNESSES)

@@ -102,14 +102,14 @@ def forked() -> Iterator[None]:
 
 
 def _forked(path: Path, kind: apart.Kind) -> bytes:
-    out = path.with_suffix(".out")
+    out, told = path.with_suffix(".out"), path.with_suffix(".err")
     child = os.fork()
     if child == 0:
         status = 70
         try:
-            with out.open("wb") as stream:
-                os.dup2(stream.fileno(), 1)
-            os.close(2)
+            for place, file in ((1, out), (2, told)):
+                with file.open("wb") as stream:
+                    os.dup2(stream.fileno(), place)
             given = apart._LIMITS | {"memory": 1_000_000_000, "seconds": 4}
             status = _read_apart.main(kind, path, given)
         finally:
@@ -122,12 +122,12 @@ def _forked(path: Path, kind: apart.Kind) -> bytes:
         raise
     status = os.waitstatus_to_exitcode(ended)
     if status:
-        raise InputError(f"{path}: {apart._reason(status, kind)}")
+        raise InputError(f"{path}: {apart._reason(status, kind, told.read_bytes())}")
     return out.read_bytes()
 
 
 def read_binary(folder: Path, given: tuple[str, bytes, tuple[int, bool]]) -> None:
-    """A Parquet or MATLAB file."""
+    """A Parquet, MATLAB or JSON file."""
     with forked():
         _read(folder / given[0], *given[1:])
 
@@ -217,6 +217,7 @@ MAT = Harness(
     st.tuples(st.just("run.mat"), st.one_of(mutated(MAT_SEEDS, text=False), repacked()), ways),
     read_binary,
 )
+
 
 MANIFEST = b"""[defaults]
 columns = { t = "t", u = "u", theta_u = "theta_u" }

@@ -151,7 +151,9 @@ def missing_text(source: str, channels: Sequence[str], found: Sequence[str]) -> 
     short = [f.lower() for f in found if len(f) < 60]
     near = difflib.get_close_matches(one.lower(), short, n=1, cutoff=0.7)
     guess = next((f for f in found if near and f.lower() == near[0]), "COLUMN")
-    torque = " (or --map torque=COLUMN, a measured torque, or --map u=0, no drive)" if one == "u" else ""
+    torque = (
+        " (or --map torque=COLUMN, a measured torque, or --map u=0, no drive)" if one == "u" else ""
+    )
     return (
         f"{source}: no column {' and '.join(channels)}; found: {listed(found)}. "
         f"Name it, for example --map {one}={guess}{torque}"

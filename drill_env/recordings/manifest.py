@@ -23,7 +23,11 @@ from drill_env.recordings.manifest_entries import (
 from drill_env.recordings.read import read_recording
 from drill_env.recordings.recording import Recording, RecordingWarning
 
-_KINDS = (".csv", ".csv.gz", ".txt", ".tsv", ".parquet", ".pq", ".mat")
+# Not .json: estimates and reports are that too, and a manifest names what is a recording.
+_KINDS = (
+    ".csv", ".csv.gz", ".txt", ".tsv", ".parquet", ".pq", ".mat",
+    ".jsonl", ".jsonl.gz", ".ndjson", ".ndjson.gz",
+)  # fmt: skip
 # Files of each role begin so.
 _BEGINNINGS: dict[str, Role] = {"stage1": "stage1", "fit": "fit", "hold": "holdout"}
 

@@ -52,7 +52,7 @@ def read_recording(
     Each remark is issued as a `RecordingWarning` and kept in the recording's notes.
 
     Args:
-        path: .csv, .csv.gz, .parquet or .mat file.
+        path: CSV, Parquet, MATLAB or JSON file, see the page on recordings.
         column_map: channel to "COLUMN" or "COLUMN:UNIT", see `parse_map`; channels not
             mapped are looked for under their own names.
         need: channels that must be there, besides t; a torque stands for u.

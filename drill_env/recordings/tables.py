@@ -1,4 +1,4 @@
-"""Raw columns out of CSV, Parquet and MATLAB files."""
+"""Raw columns out of CSV, Parquet, MATLAB and JSON files."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Table:
 
 
 def read_table(path: Path) -> Table:
-    """Read the columns of a .csv, .csv.gz, .parquet or .mat file.
+    """Read the columns of a CSV, Parquet, MATLAB or JSON file.
 
     Raises:
         InputError: the file is missing, damaged, empty, too large or of an unknown kind.
@@ -55,13 +55,14 @@ def read_table(path: Path) -> Table:
         (".csv", ".csv.gz", ".txt", ".tsv"): _read_csv,
         (".parquet", ".pq"): _read_parquet,
         (".mat",): _read_mat,
+        (".json", ".json.gz", ".jsonl", ".jsonl.gz", ".ndjson", ".ndjson.gz"): _read_json,
     }
     try:
         if path.is_dir():
             raise InputError(f"{path} is a folder: give one file")
         reader = next((r for ends, r in kinds.items() if name.endswith(ends)), None)
         if reader is None:
-            raise InputError(f"{path}: unknown kind of file; give .csv, .csv.gz, .parquet or .mat")
+            raise InputError(f"{path}: unknown kind of file; give .csv, .parquet, .mat or .json")
         if not path.is_file():
             raise InputError(f"{path}: no such file; check the path")
         if path.stat().st_size == 0:
@@ -185,6 +186,10 @@ def _read_parquet(path: Path) -> Table:
 
 def _read_mat(path: Path) -> Table:
     return _table(path, *read_apart(path, "mat"))
+
+
+def _read_json(path: Path) -> Table:
+    return _table(path, *read_apart(path, "json"))
 
 
 def _table(path: Path, columns: Iterable[tuple[str, Values]], constants: dict[str, float]) -> Table:
