@@ -7,7 +7,7 @@ import gzip
 import io
 import os
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -58,6 +58,7 @@ def sane(recording: Recording) -> None:
 
 
 MAPS = ((), ("theta_u=theta_u:counts/1e3",), ("t=t:ms",), ("u=u:1e300",), ("torque=u:0.05",),
+        ("theta_u=m(2,:)", "u=s.a"), ("theta_l=c(1)",),
         ("omega_u=theta_u:rpm",), ("t=t:1e-300",))  # fmt: skip
 
 
@@ -101,7 +102,7 @@ def forked() -> Iterator[None]:
         yield
 
 
-def _forked(path: Path, kind: apart.Kind) -> bytes:
+def _forked(path: Path, kind: apart.Kind, wanted: Sequence[str]) -> bytes:
     out, told = path.with_suffix(".out"), path.with_suffix(".err")
     child = os.fork()
     if child == 0:
@@ -111,7 +112,7 @@ def _forked(path: Path, kind: apart.Kind) -> bytes:
                 with file.open("wb") as stream:
                     os.dup2(stream.fileno(), place)
             given = apart._LIMITS | {"memory": 1_000_000_000, "seconds": 4}
-            status = _read_apart.main(kind, path, given)
+            status = _read_apart.main(kind, path, given, wanted)
         finally:
             os._exit(status)
     try:

@@ -19,4 +19,5 @@ for _name, _folder in (
 
 from drill_env.recordings._read_apart import main  # noqa: E402
 
-sys.exit(main(sys.argv[1], Path(sys.argv[2]), json.loads(sys.argv[3])))
+_kind, _path, _limits, _wanted = sys.argv[1:]
+sys.exit(main(_kind, Path(_path), json.loads(_limits), json.loads(_wanted)))

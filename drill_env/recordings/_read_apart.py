@@ -8,12 +8,13 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from drill_env.recordings._apart_columns import Refused, TooLarge, constant, within
+from drill_env.recordings._apart_columns import Refused, TooLarge, within
 from drill_env.recordings._apart_json import json_columns
+from drill_env.recordings._apart_mat import mat_columns
 
 DAMAGED, TOO_LARGE, NEWER_MAT, REFUSED = 3, 4, 5, 6
 """Exit statuses, beside 0 and what a crash leaves; a refusal's text is on standard error."""
@@ -57,30 +58,6 @@ def _plain(table: Any) -> Any:
     return pa.table({field.name: column})
 
 
-def mat_columns(path: Path, limits: dict[str, int]) -> Iterator[Any]:
-    """The vectors of a MATLAB file as columns and its single numbers as constants."""
-    import numpy as np
-    import pyarrow as pa
-    from scipy.io import loadmat, whosmat
-
-    shapes = [(shape, name) for name, shape, _ in whosmat(path) if not name.startswith("__")]
-    for shape, _ in shapes:
-        values = 1
-        for length in shape:
-            values *= int(length)
-        within(values, len(shapes), limits | {"values": limits["values"] * len(shapes)})
-    content = loadmat(path, variable_names=[name for _, name in shapes])
-    for name, value in content.items():
-        array = np.asarray(value)
-        if name.startswith("__") or array.dtype.kind not in "fiub" or array.size == 0:
-            continue
-        kind = bool if array.dtype.kind == "b" else float
-        if array.size == 1:
-            yield constant(name, array.item())
-        elif array.ndim <= 2 and max(array.shape) == array.size:
-            yield pa.table({name: pa.array(array.ravel().astype(kind))})
-
-
 def confine(memory: int, seconds: int) -> None:
     """Let this process take so many bytes and seconds of CPU more than now, and dump no core."""
     try:
@@ -98,18 +75,29 @@ def confine(memory: int, seconds: int) -> None:
         return
 
 
-def main(kind: str, path: Path, limits: dict[str, int]) -> int:
-    """Write the columns to standard output; returns the exit status."""
+def main(kind: str, path: Path, limits: dict[str, int], wanted: Sequence[str]) -> int:
+    """Write the columns to standard output; returns the exit status.
+
+    Args:
+        kind: "parquet", "mat" or "json".
+        path: of the file.
+        limits: of the file, and the memory and seconds that reading it may take.
+        wanted: places in a MATLAB workspace that are columns too.
+    """
     import pyarrow as pa
 
-    readers = {"parquet": parquet_columns, "mat": mat_columns, "json": json_columns}
+    readers = {
+        "parquet": lambda: parquet_columns(path, limits),
+        "mat": lambda: mat_columns(path, limits, wanted),
+        "json": lambda: json_columns(path, limits),
+    }
     # Imported before the limit, which counts what the process has already.
     __import__({"parquet": "pyarrow.parquet", "mat": "scipy.io", "json": "pyarrow"}[kind])
     confine(limits["memory"], limits["seconds"])
     try:
         # The descriptor itself, since sys.stdout may be another in a fork.
         with open(1, "wb", closefd=False) as out:
-            for table in readers[kind](path, limits):
+            for table in readers[kind]():
                 with pa.ipc.new_stream(out, table.schema) as stream:
                     stream.write_table(table)
     except (TooLarge, MemoryError):

@@ -10,12 +10,14 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from drill_env._errors import InputError, printable
 from drill_env.recordings import limits
-from drill_env.recordings._apart_columns import CONSTANT
+from drill_env.recordings._apart_columns import CONSTANT, OTHER, PLACE
 from drill_env.recordings._read_apart import NEWER_MAT, REFUSED, TOO_LARGE
 
 if TYPE_CHECKING:
@@ -30,32 +32,50 @@ _LIMITS = {
 }  # fmt: skip
 
 
-def read_apart(
-    path: Path, kind: Kind
-) -> tuple[list[tuple[str, pa.ChunkedArray]], dict[str, float]]:
-    """Names and values of the columns of a Parquet, MATLAB or JSON file, and its constants.
+@dataclass(frozen=True, slots=True)
+class Contents:
+    """What a file holds.
+
+    Attributes:
+        columns: names and values.
+        constants: single numbers by name.
+        others: what else there is, in words.
+    """
+
+    columns: list[tuple[str, pa.ChunkedArray]]
+    constants: dict[str, float]
+    others: tuple[str, ...]
+
+
+def read_apart(path: Path, kind: Kind, wanted: Sequence[str] = ()) -> Contents:
+    """The contents of a Parquet, MATLAB or JSON file.
 
     Args:
         path: of the file.
         kind: what it is.
+        wanted: texts that may be places in a MATLAB workspace, which are then columns too.
 
     Raises:
-        InputError: the file is damaged, too large, or of a kind that is not read.
+        InputError: the file is damaged, too large, or of a kind that is not read, or what is
+            wanted of it is no vector.
     """
     import pyarrow as pa
 
-    content = _run(path, kind)
+    content = _run(path, kind, [text for text in wanted if PLACE.fullmatch(text)])
     columns: list[tuple[str, pa.ChunkedArray]] = []
     constants: dict[str, float] = {}
+    others: list[str] = []
     source = pa.BufferReader(content)
     while source.tell() < len(content):
         table = pa.ipc.open_stream(source).read_all()
-        name = table.schema.field(0).name
-        if (table.schema.metadata or {}).get(CONSTANT):
+        name, told = table.schema.field(0).name, table.schema.metadata or {}
+        if told.get(CONSTANT):
             constants[name] = float(table.column(0)[0].as_py())
+        elif told.get(OTHER):
+            others.append(name)
         else:
             columns.append((name, table.column(0)))
-    return columns, constants
+    return Contents(columns, constants, tuple(others))
 
 
 def reading_seconds(path: Path, kind: Kind) -> int:
@@ -75,11 +95,11 @@ _TOO_LONG = (
 _OUT_OF_TIME = 24
 
 
-def _run(path: Path, kind: Kind) -> bytes:
+def _run(path: Path, kind: Kind, wanted: Sequence[str]) -> bytes:
     # -P: no module beside the program may hide one of the libraries'.
     seconds = reading_seconds(path, kind)
     given = json.dumps(_LIMITS | {"seconds": seconds})
-    command = [sys.executable, "-P", str(_PROGRAM), kind, str(path), given]
+    command = [sys.executable, "-P", str(_PROGRAM), kind, str(path), given, json.dumps(wanted)]
     # Pools that reserve addresses ahead would count as memory.
     environment = {**os.environ, "ARROW_DEFAULT_MEMORY_POOL": "system", "OPENBLAS_NUM_THREADS": "1"}
     try:

@@ -106,7 +106,10 @@ def parse_map(entries: Iterable[str]) -> dict[Channel, str]:
 
 
 def resolve(
-    source: str, found: Sequence[str], column_map: ColumnMap | None
+    source: str,
+    found: Sequence[str],
+    column_map: ColumnMap | None,
+    others: Sequence[str] = (),
 ) -> dict[Channel, Column]:
     """Match channels with the columns of a file.
 
@@ -115,6 +118,7 @@ def resolve(
         found: the file's columns.
         column_map: mapped channels; the others are looked for under their own names, a torque
             only where no voltage is, and a velocity only where the disc has no angle.
+        others: what else the file holds, for messages.
 
     Raises:
         InputError: a mapped column or the time column is not there, a unit is unknown, or both
@@ -127,7 +131,7 @@ def resolve(
             f"column map: unknown channel {unknown[0]!r}; known: {', '.join(CHANNELS)}"
         )
     columns: dict[Channel, Column] = {
-        channel: _parse(source, channel, given[channel], found)
+        channel: _parse(source, channel, given[channel], found, others)
         for channel in CHANNELS
         if channel in given
     }
@@ -141,12 +145,14 @@ def resolve(
         if channel in found and channel not in columns and stands_for not in columns:
             columns[channel] = Column(channel)
     if "t" not in columns:
-        raise InputError(missing_text(source, ("t",), found))
+        raise InputError(missing_text(source, ("t",), found, others))
     return columns
 
 
-def missing_text(source: str, channels: Sequence[str], found: Sequence[str]) -> str:
-    """The message for channels that a file lacks, with the columns it has."""
+def missing_text(
+    source: str, channels: Sequence[str], found: Sequence[str], others: Sequence[str] = ()
+) -> str:
+    """The message for channels that a file lacks, with the columns and what else it has."""
     one = channels[0]
     short = [f.lower() for f in found if len(f) < 60]
     near = difflib.get_close_matches(one.lower(), short, n=1, cutoff=0.7)
@@ -155,7 +161,7 @@ def missing_text(source: str, channels: Sequence[str], found: Sequence[str]) -> 
         " (or --map torque=COLUMN, a measured torque, or --map u=0, no drive)" if one == "u" else ""
     )
     return (
-        f"{source}: no column {' and '.join(channels)}; found: {listed(found)}. "
+        f"{source}: no column {' and '.join(channels)}; found: {listed([*found, *others])}. "
         f"Name it, for example --map {one}={guess}{torque}"
     )
 
@@ -166,14 +172,23 @@ def listed(found: Sequence[str]) -> str:
     return f"{shown}, … ({len(found)} in all)" if len(found) > 20 else shown or "none"
 
 
-def _parse(source: str, channel: Channel, text: str, found: Sequence[str]) -> Column:
+def wanted_names(column_map: ColumnMap | None) -> list[str]:
+    """What a map may name in a file: each text, whole and without its last part as a unit."""
+    texts = list((column_map or {}).values())
+    return list(dict.fromkeys([*texts, *(text.rpartition(":")[0] for text in texts)]))
+
+
+def _parse(
+    source: str, channel: Channel, text: str, found: Sequence[str], others: Sequence[str]
+) -> Column:
     # A column may itself hold a colon, so the whole text is tried first.
     name, colon, unit = (text, "", "") if text in found else text.rpartition(":")
-    if not colon:
+    if not colon or unit.endswith((")", "]")):
         name, unit = text, ""
     number = number_of(name) if channel in DRIVES and name not in found else None
     if name not in found and number is None:
-        raise InputError(missing_text(source, (name,), found).replace(f"{name}=", f"{channel}=", 1))
+        text = missing_text(source, (name,), found, others)
+        raise InputError(text.replace(f"{name}=", f"{channel}=", 1))
     turn = counts_per_turn(unit)
     if turn and channel in COUNTED:
         return Column(name, unit, 2.0 * math.pi / turn, turn if channel in ANGLES else None)

@@ -30,6 +30,7 @@ from drill_env.recordings.columns import (
     listed,
     missing_text,
     resolve,
+    wanted_names,
 )
 from drill_env.recordings.drives import check_torque, check_voltage
 from drill_env.recordings.recording import Recording, RecordingWarning
@@ -64,13 +65,13 @@ def read_recording(
     """
     path = Path(path)
     source = printable(path)
-    table = read_table(path)
+    table = read_table(path, wanted_names(column_map))
     found = tuple(table.columns)
-    columns = resolve(source, found, column_map)
+    columns = resolve(source, found, column_map, table.others)
     there = {*columns, "u"} if "torque" in columns else {*columns}
     absent = [name for name in need if name not in there]
     if absent:
-        raise InputError(missing_text(source, absent, found))
+        raise InputError(missing_text(source, absent, found, table.others))
     check_length(table.columns[columns["t"].name], source)
     values, places = _channels(source, table, columns, missing)
     extra, ignored = _extra(source, table, columns)
