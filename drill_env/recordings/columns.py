@@ -6,7 +6,7 @@ import difflib
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias, cast
 
 from drill_env._errors import InputError, printable
@@ -61,6 +61,7 @@ class Column:
         scale: SI value of one unit.
         turn: counts per revolution, for counted angles.
         constant: a number in SI units that stands for the whole column.
+        delay: how long before its row's time a value belongs, s.
     """
 
     name: str
@@ -68,6 +69,7 @@ class Column:
     scale: float = 1.0
     turn: float | None = None
     constant: float | None = None
+    delay: float = 0.0
 
     @property
     def stated(self) -> bool:
@@ -76,17 +78,18 @@ class Column:
 
 
 ColumnMap: TypeAlias = Mapping[Channel, str]
-"""Channel to "COLUMN" or "COLUMN:UNIT", as `parse_map` returns it; to a number for a drive."""
+"""Channel to "COLUMN[:UNIT][@DELAY]", as `parse_map` returns it; a drive also to a number."""
 
 
 def parse_map(entries: Iterable[str]) -> dict[Channel, str]:
-    """Read ``CHANNEL=COLUMN[:UNIT]`` entries.
+    """Read ``CHANNEL=COLUMN[:UNIT][@DELAY]`` entries.
 
     Units: t in s, ms, us, ns, min; u in V, mV, uV, kV; torque in Nm, mNm, uNm, Ncm, kNm or, of
     a linear axis, N, mN, kN; angles in rad, mrad, deg, turn, rev, m, cm, mm, um or ``counts/N``
     (N counts per revolution); velocities in any of these a second (rad/s, deg/s, ...), rpm or
     ``counts/N`` (counts a second); or a bare number to multiply by. For u and torque a number may
-    stand in place of the column: ``u=0`` is a free decay.
+    stand in place of the column: ``u=0`` is a free decay. With a delay in s, of any channel but t,
+    what stands at a time belongs so much earlier (later if it is negative).
 
     Raises:
         InputError: an entry has no "=", an unknown channel or comes twice.
@@ -172,33 +175,45 @@ def listed(found: Sequence[str]) -> str:
     return f"{shown}, … ({len(found)} in all)" if len(found) > 20 else shown or "none"
 
 
-def wanted_names(column_map: ColumnMap | None) -> list[str]:
-    """What a map may name in a file: each text, whole and without its last part as a unit."""
-    texts = list((column_map or {}).values())
+def wanted_names(mapped: Iterable[str]) -> list[str]:
+    """What the texts of a map may name in a file: each whole, without a delay, without a unit."""
+    texts = list(mapped)
+    texts += [_without_delay(text)[0] for text in texts]
     return list(dict.fromkeys([*texts, *(text.rpartition(":")[0] for text in texts)]))
+
+
+def _without_delay(text: str) -> tuple[str, float]:
+    name, at, delay = text.rpartition("@")
+    seconds = number_of(delay) if at and name else None
+    return (text, 0.0) if seconds is None else (name, seconds)
 
 
 def _parse(
     source: str, channel: Channel, text: str, found: Sequence[str], others: Sequence[str]
 ) -> Column:
-    # A column may itself hold a colon, so the whole text is tried first.
-    name, colon, unit = (text, "", "") if text in found else text.rpartition(":")
+    # A column may itself hold a colon or an @, so the whole text is tried first.
+    whole, delay = (text, 0.0) if text in found else _without_delay(text)
+    name, colon, unit = (whole, "", "") if whole in found else whole.rpartition(":")
     if not colon or unit.endswith((")", "]")):
-        name, unit = text, ""
+        name, unit = whole, ""
     number = number_of(name) if channel in DRIVES and name not in found else None
     if name not in found and number is None:
         text = missing_text(source, (name,), found, others)
         raise InputError(text.replace(f"{name}=", f"{channel}=", 1))
+    if delay and (channel == "t" or number is not None):
+        raise InputError(f"--map {channel}={text}: no delay here; give it to the other channels")
+    column = Column(name, unit or None, delay=delay)
     turn = counts_per_turn(unit)
     if turn and channel in COUNTED:
-        return Column(name, unit, 2.0 * math.pi / turn, turn if channel in ANGLES else None)
+        scale = 2.0 * math.pi / turn
+        return replace(column, scale=scale, turn=turn if channel in ANGLES else None)
     scale = (UNITS[channel].get(unit) or _number(channel, text, unit)) if unit else 1.0
     if number is not None:
         most, si = LARGEST[channel]
         number *= scale
         if not abs(number) <= most:
             raise InputError(f"{source}: {channel}={text} is beyond {most:g} {si}; give less")
-    return Column(name, unit or None, scale, constant=number)
+    return replace(column, scale=scale, constant=number)
 
 
 def counts_per_turn(unit: str) -> float | None:

@@ -10,13 +10,15 @@ from types import MappingProxyType
 
 from drill_env._errors import InputError, printable
 from drill_env._types import PathLike
-from drill_env.recordings.columns import CHANNELS, COUNTED, Channel, listed, missing_text
+from drill_env.recordings.columns import listed, missing_text
 from drill_env.recordings.dates import date_of
+from drill_env.recordings.files import read_files
 from drill_env.recordings.manifest_entries import (
     MANIFEST,
     ROLES,
     RecordingSettings,
     Role,
+    column_map,
     from_manifest,
     shown,
 )
@@ -84,15 +86,13 @@ def read_folder(path: PathLike, progress: Callable[[int, int], None] | None = No
 
 
 def _read(file: Path, entry: RecordingSettings) -> Recording:
-    columns: dict[Channel, str] = {}
-    for channel in CHANNELS:
-        unit = entry.units.get(channel)
-        if unit is not None and unit == COUNTED.get(channel):
-            unit = f"counts/{entry.counts_per_rev:g}"
-        if channel in entry.columns or unit is not None:
-            name = entry.columns.get(channel, channel)
-            columns[channel] = name if unit is None else f"{name}:{unit}"
-    recording = read_recording(file, columns, need=("u",), missing=entry.missing)
+    if entry.files:
+        recording = read_files(file, entry)
+    else:
+        columns = column_map(entry, entry.columns)
+        recording = read_recording(
+            file, columns, need=("u",), missing=entry.missing, interpolate=entry.interpolate
+        )
     if entry.role == "stage1" and recording.theta_u is None and recording.omega_u is None:
         raise InputError(missing_text(str(file), ("theta_u",), recording.columns))
     if not recording.readings():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -25,7 +26,17 @@ from drill_env.recordings.read import Missing
 MANIFEST = "recordings.toml"
 Role: TypeAlias = Literal["stage1", "fit", "holdout"]
 ROLES: tuple[Role, ...] = get_args(Role)
-_OPTIONS = ("columns", "units", "counts_per_rev", "closed_loop", "missing", "date", "note")
+_OPTIONS = (
+    "columns",
+    "units",
+    "counts_per_rev",
+    "closed_loop",
+    "missing",
+    "date",
+    "note",
+    "delay",
+    "interpolate",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +52,9 @@ class RecordingSettings:
         missing: see `drill_env.recordings.read_recording`.
         date: of the recording, from its file's name where the manifest says nothing, or None.
         note: free text.
+        files: channel to its file, where each has one of its own.
+        delay: channel to how long before its row's time a value belongs, s.
+        interpolate: see `drill_env.recordings.read_recording`.
     """
 
     role: Role = "fit"
@@ -51,6 +65,28 @@ class RecordingSettings:
     missing: Missing = "refuse"
     date: dt.date | None = None
     note: str = ""
+    files: Mapping[Channel, Path] = field(default_factory=dict)
+    delay: Mapping[str, float] = field(default_factory=dict)
+    interpolate: bool = False
+
+
+def column_map(entry: RecordingSettings, names: Mapping[str, str]) -> dict[Channel, str]:
+    """Channel to "COLUMN[:UNIT][@DELAY]" by what a manifest says.
+
+    Args:
+        entry: what it says.
+        names: channel to column.
+    """
+    columns: dict[Channel, str] = {}
+    for channel in CHANNELS:
+        unit = entry.units.get(channel)
+        delay = 0.0 if entry.files else entry.delay.get(channel, 0.0)
+        if unit is not None and unit == COUNTED.get(channel):
+            unit = f"counts/{entry.counts_per_rev:g}"
+        if channel in names or unit is not None or delay:
+            text = names.get(channel, channel) + ("" if unit is None else f":{unit}")
+            columns[channel] = f"{text}@{delay!r}" if delay else text
+    return columns
 
 
 def shown(path: Path) -> bool:
@@ -79,12 +115,37 @@ def from_manifest(manifest: Path) -> dict[Path, RecordingSettings]:
     found: dict[Path, RecordingSettings] = {}
     for number, entry in enumerate(entries, 1):
         where = f"{manifest}: [[recording]] number {number}"
-        _check_keys(where, entry, ("file", "role", *_OPTIONS))
-        for file in _files(where, manifest.parent, entry.get("file")):
+        _check_keys(where, entry, ("file", "files", "role", *_OPTIONS))
+        several = _several(where, manifest.parent, entry)
+        # By the name of the first reading's file: those of time and drive may be shared.
+        first = [file for name, file in several.items() if name not in ("t", *DRIVES)][:1]
+        for file in first or _files(where, manifest.parent, entry.get("file")):
             if file in found:
                 raise InputError(f"{where}: {file.name} is named before; keep one of the two")
             told = _settings(f"{manifest}: {file.name}", defaults, entry)
-            found[file] = replace(told, date=told.date or date_of(file.name))
+            found[file] = replace(told, date=told.date or date_of(file.name), files=several)
+    return found
+
+
+def _several(where: str, folder: Path, entry: Mapping[str, Any]) -> dict[Channel, Path]:
+    """The file of each channel, in the order of the channels; none where one file holds all."""
+    if "files" not in entry:
+        return {}
+    files = entry["files"]
+    if "file" in entry or not isinstance(files, dict):
+        raise InputError(
+            f'{where}: give either file = "NAME" or files = {{ u = "NAME", theta_u = "NAME" }}'
+        )
+    _check_keys(f"{where}: files", files, CHANNELS)
+    if not set(files) - {"t", *DRIVES} or set(DRIVES) <= set(files):
+        raise InputError(f"{where}: files needs one of a reading, theta_u or such, and one drive")
+    found: dict[Channel, Path] = {}
+    for channel in CHANNELS:
+        if channel in files:
+            matching = _files(where, folder, files[channel])
+            if len(matching) > 1:
+                raise InputError(f"{where}: files.{channel} matches {len(matching)}; name one")
+            found[channel] = matching[0]
     return found
 
 
@@ -121,7 +182,10 @@ def _inside(where: str, folder: Path, file: Path) -> Path:
 def _settings(
     where: str, defaults: Mapping[str, Any], entry: Mapping[str, Any]
 ) -> RecordingSettings:
-    merged = {**defaults, **{key: value for key, value in entry.items() if key != "file"}}
+    merged = {
+        **defaults,
+        **{key: value for key, value in entry.items() if key not in ("file", "files")},
+    }
     for key in ("columns", "units"):
         tables = (defaults.get(key, {}), entry.get(key, {}))
         if not all(isinstance(table, dict) for table in tables):
@@ -135,13 +199,24 @@ def _settings(
                 raise InputError(f"{where}: {key}.{channel} is {text!r}; write a name in quotes")
     _check_choice(where, "role", merged.setdefault("role", "fit"), ROLES)
     _check_choice(where, "missing", merged.setdefault("missing", "refuse"), get_args(Missing))
-    for key, kind, wanted in (("closed_loop", bool, "true or false"), ("note", str, "a text")):
+    flags = (("closed_loop", bool, "true or false"), ("interpolate", bool, "true or false"))
+    for key, kind, wanted in (*flags, ("note", str, "a text")):
         if key in merged and not isinstance(merged[key], kind):
             raise InputError(f"{where}: {key} is {merged[key]!r}; give {wanted}")
     if "date" in merged:
         merged["date"] = date_told(where, merged["date"])
     _check_counts(where, merged)
+    _check_delay(where, merged.setdefault("delay", {}))
     return RecordingSettings(**merged)
+
+
+def _check_delay(where: str, delay: Any) -> None:
+    if not isinstance(delay, dict):
+        raise InputError(f"{where}: delay is no table; write delay = {{ theta_l = 0.004 }}")
+    _check_keys(f"{where}: delay", delay, CHANNELS[1:])
+    for channel, seconds in delay.items():
+        if type(seconds) not in (int, float) or not math.isfinite(seconds):
+            raise InputError(f"{where}: delay.{channel} is {seconds!r}; give seconds")
 
 
 def _check_choice(where: str, key: str, value: Any, known: tuple[str, ...]) -> None:
