@@ -95,7 +95,7 @@ BAD = {
     "cell": r"a cell array of 2 x 1; write cell\(1\)",
     "cell{2}": "no array of real numbers",
     "z(:,1)": "no array of real numbers",
-    "nothing(:,2)": r"no column nothing\(:,2\); found: out.time, tall \(a matrix of 400 x 4\), wide",
+    "nothing(:,2)": r"no column nothing\(:,2\); found: out.time, tall .a matrix of 400",
     "tall(:,": r"no column tall\(; found",
     "tall(:,1):hours": "unknown unit 'hours'",
 }  # fmt: skip

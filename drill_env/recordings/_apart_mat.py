@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -32,19 +33,16 @@ def mat_columns(path: Path, limits: dict[str, int], wanted: Sequence[str]) -> It
 
     shapes = [(shape, name) for name, shape, _ in whosmat(path) if not name.startswith("__")]
     for shape, _ in shapes:
-        values = 1
-        for length in shape:
-            values *= int(length)
-        within(
-            max(map(int, shape), default=0), len(shapes), {**limits, "values": limits["rows"] ** 2}
-        )
-        within(values, 1, {**limits, "rows": limits["values"]})
+        lengths = [int(length) for length in shape]
+        within(max(lengths, default=0), 1, limits)
+        # A matrix may hold more values than a column has rows.
+        within(math.prod(lengths), 1, {**limits, "rows": limits["values"]})
+    within(0, len(shapes), limits)
     content = loadmat(path, variable_names=[name for _, name in shapes])
     variables = {n: np.asanyarray(v) for n, v in content.items() if not n.startswith("__")}
     for text in wanted:
         found = _picked(variables, text)
         if found is not None and text not in variables:
-            within(found.size, 1, limits)
             yield column(text, found)
     for name, value in variables.items():
         if value.dtype.names or value.dtype.kind == "O":
@@ -54,7 +52,6 @@ def mat_columns(path: Path, limits: dict[str, int], wanted: Sequence[str]) -> It
         elif value.size == 1:
             yield constant(name, value.item())
         elif value.ndim <= 2 and max(value.shape) == value.size:
-            within(value.size, 1, limits)
             yield column(name, value)
         else:
             yield other(f"{name} ({_described(value)})")

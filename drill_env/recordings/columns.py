@@ -140,8 +140,7 @@ def resolve(
     }
     if "u" in columns and "torque" in columns:
         raise InputError(
-            f"{source}: u and torque are both mapped, and either drives the rig: map one of them, "
-            "the torque where the motor's is measured"
+            f"{source}: u and torque are both mapped, and either drives the rig: map one of them"
         )
     for channel in CHANNELS:
         stands_for = _STANDS_FOR.get(channel)

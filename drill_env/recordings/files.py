@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -50,19 +51,24 @@ def read_files(source: Path, entry: RecordingSettings) -> Recording:
             drive = part.drive
     if "u" not in others and parts[main].u is None:
         raise InputError(f"{source}: no file of u; add it to files in {MANIFEST}, or columns.u = 0")
+    rows = _named_after(source, parts, main)
+    rows = replace(rows, t=rows.t - entry.delay.get(main, 0.0), drive=drive)
+    whole = on_rows(rows, others, interpolate=entry.interpolate)
+    for note in whole.notes[len(rows.notes) :]:
+        warnings.warn(note, stacklevel=2)
+    return whole
+
+
+def _named_after(source: Path, parts: Mapping[Channel, Recording], main: Channel) -> Recording:
+    """The recording of the main reading, with what is known of all channels."""
     every = parts.values()
-    rows = replace(
-        parts[main], t=parts[main].t - entry.delay.get(main, 0.0), drive=drive,
-        source=printable(source), extra={},
+    return replace(
+        parts[main], source=printable(source), extra={},
         quanta={name: step for part in every for name, step in part.quanta.items()},
         stated={name: step for part in every for name, step in part.stated.items()},
         columns=tuple(dict.fromkeys(name for part in every for name in part.columns)),
         notes=tuple(note for part in every for note in part.notes),
     )  # fmt: skip
-    whole = on_rows(rows, others, interpolate=entry.interpolate)
-    for note in whole.notes[len(rows.notes) :]:
-        warnings.warn(note, stacklevel=2)
-    return whole
 
 
 def _part(channel: Channel, file: Path, entry: RecordingSettings) -> Recording:
