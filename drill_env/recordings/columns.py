@@ -128,11 +128,8 @@ def resolve(
             a voltage and a torque are mapped.
     """
     given: ColumnMap = column_map or {}
-    unknown = sorted(set(given) - set(CHANNELS))
-    if unknown:
-        raise InputError(
-            f"column map: unknown channel {unknown[0]!r}; known: {', '.join(CHANNELS)}"
-        )
+    for name in sorted(set(given) - set(CHANNELS)):
+        raise InputError(f"column map: unknown channel {name!r}; known: {', '.join(CHANNELS)}")
     columns: dict[Channel, Column] = {
         channel: _parse(source, channel, given[channel], found, others)
         for channel in CHANNELS
