@@ -49,7 +49,7 @@ def test_what_fails_is_told_with_its_number(read, why, tmp_path, monkeypatch):
 def test_a_reader_that_crashes_takes_no_other_file_with_it(tmp_path, monkeypatch):
     """A file that ends a used child is read again by a fresh one, where it may be right."""
 
-    def main(kind, path, given):
+    def main(kind, path, given, wanted):
         first = not (tmp_path / "seen").exists()
         (tmp_path / "seen").touch()
         if path.stem == "bad" or (path.stem == "odd" and first):
@@ -59,10 +59,10 @@ def test_a_reader_that_crashes_takes_no_other_file_with_it(tmp_path, monkeypatch
 
     monkeypatch.setattr(_read_apart, "main", main)
     reader = Reader()
-    assert reader(tmp_path / "odd.mat", "mat") == b"odd\n"
+    assert reader(tmp_path / "odd.mat", "mat", ()) == b"odd\n"
     with pytest.raises(InputError, match="not a whole MATLAB file"):
-        reader(tmp_path / "bad.mat", "mat")
-    assert reader(tmp_path / "good.mat", "mat") == b"good\n"
+        reader(tmp_path / "bad.mat", "mat", ())
+    assert reader(tmp_path / "good.mat", "mat", ()) == b"good\n"
 
 
 def test_the_child_reads_what_the_program_reads(tmp_path):
@@ -70,4 +70,4 @@ def test_the_child_reads_what_the_program_reads(tmp_path):
 
     path = tmp_path / "a.parquet"
     path.write_bytes(parquet_seed())
-    assert Reader()(path, "parquet") == apart._run(path, "parquet") != b""
+    assert Reader()(path, "parquet", ()) == apart._run(path, "parquet", ()) != b""

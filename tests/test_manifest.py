@@ -78,6 +78,15 @@ def test_a_manifest_sorts_maps_and_scales(folder):
     assert [found.of(r).closed_loop for r in (*found.fit, *found.holdout)] == [False, False, True]
 
 
+def test_a_manifest_may_give_a_number_for_the_drive(folder):
+    (folder / "recordings.toml").write_text(MANIFEST.replace('u = "drive"', "u = 0"))
+    found = read_folder(folder)
+    assert not any(recording.u.any() for recording in (*found.stage1, *found.fit))
+    (folder / "recordings.toml").write_text(MANIFEST.replace('u = "drive"', "u = true"))
+    with pytest.raises(InputError, match="columns.u is True; write a name in quotes"):
+        read_folder(folder)
+
+
 def test_without_a_manifest_names_tell_the_role_and_a_message_says_so(tmp_path):
     for name in ("fit-1.csv", "holdout-1.csv", "stage1.csv", "other.csv"):
         write(tmp_path, name, columns())

@@ -252,6 +252,41 @@ def test_bad_maps_give_one_clear_error(tmp_path, entry, message):
         read_recording(path, parse_map([entry]))
 
 
+@pytest.mark.parametrize(("entry", "volts"), [("u=0", 0.0), ("u=500:mV", 0.5), ("u=-.5:24", -12.0)])
+def test_a_number_stands_for_a_drive_that_was_not_recorded(tmp_path, entry, volts):
+    """A free decay, or a supply held at one voltage; said so, so no remark on it."""
+    truth = clean()
+    del truth["u"]
+    recording = read_quietly(write(tmp_path, truth), entry, need=("u",))
+    np.testing.assert_array_equal(recording.u, np.full(2000, volts))
+    np.testing.assert_array_equal(recording.theta_l, truth["theta_l"])
+    torque = read_quietly(tmp_path / "run.csv", "torque=0")
+    assert torque.drive == "torque" and not torque.u.any()
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ("theta_u=0", "no column 0; found"),
+        ("t=1", "no column 1; found"),
+        ("u=nan", "no column nan"),
+        ("u=1e300", "u=1e300 is beyond 100000 V; give less"),
+        ("u=1e300:1e300", "beyond 100000 V"),
+        ("u=0:furlongs", "unknown unit 'furlongs'"),
+    ],
+)
+def test_a_number_stands_for_nothing_else(tmp_path, entry, message):
+    path = write(tmp_path, clean())
+    with pytest.raises(InputError, match=message):
+        read_recording(path, parse_map([entry]))
+
+
+def test_a_duty_cycle_is_a_voltage_by_its_supply(tmp_path):
+    truth = clean()
+    path = write(tmp_path, {**truth, "duty": truth["u"] / 24.0})
+    np.testing.assert_allclose(read_quietly(path, "u=duty:24").u, truth["u"], atol=1e-12)
+
+
 @needs_shared
 def test_practice_sets_read_without_false_alarms():
     paths = sorted((SHARED / "practice").glob("*/*.csv.gz"))

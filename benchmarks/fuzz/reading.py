@@ -12,6 +12,7 @@ import math
 import os
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 from drill_env import InputError
@@ -20,6 +21,7 @@ from drill_env.recordings import _read_apart, apart
 MOST_FILES = 500
 """Files of one child: what its libraries keep stays small."""
 SECONDS, MEMORY = 4, 1_000_000_000
+_SURE = (0, _read_apart.DAMAGED, _read_apart.NEWER_MAT, _read_apart.REFUSED)
 
 
 class Child:
@@ -39,10 +41,10 @@ class Child:
         os.close(theirs[1])
         self._to, self._from = ours[1], theirs[0]
 
-    def ask(self, kind: apart.Kind, path: Path) -> int:
+    def ask(self, kind: apart.Kind, path: Path, wanted: Sequence[str]) -> int:
         """Exit status of the reader, negative for a signal that ended it."""
         self.read += 1
-        os.write(self._to, json.dumps([kind, str(path)]).encode() + b"\n")
+        os.write(self._to, json.dumps([kind, str(path), list(wanted)]).encode() + b"\n")
         answer = os.read(self._from, 1)
         if answer:
             return answer[0]
@@ -69,11 +71,12 @@ def _serve(asked: int, answers: int) -> None:
     _read_apart.confine = _confined
     with os.fdopen(asked, encoding="utf-8") as lines:
         for line in lines:
-            kind, path = json.loads(line)
-            with Path(path).with_suffix(".out").open("wb") as stream:
-                os.dup2(stream.fileno(), 1)
+            kind, path, wanted = json.loads(line)
+            for place, suffix in ((1, ".out"), (2, ".err")):
+                with Path(path).with_suffix(suffix).open("wb") as stream:
+                    os.dup2(stream.fileno(), place)
             given = apart._LIMITS | {"memory": MEMORY, "seconds": SECONDS}
-            status = _read_apart.main(kind, Path(path), given)
+            status = _read_apart.main(kind, Path(path), given, wanted)
             sys.stdout.flush()
             os.write(answers, bytes([status]))
     os._exit(0)
@@ -99,24 +102,25 @@ class Reader:
         self.child: Child | None = None
         self.owner = 0
 
-    def __call__(self, path: Path, kind: apart.Kind) -> bytes:
-        status = self._ask(path, kind)
-        if status not in (0, _read_apart.DAMAGED, _read_apart.NEWER_MAT):
+    def __call__(self, path: Path, kind: apart.Kind, wanted: Sequence[str]) -> bytes:
+        status = self._ask(path, kind, wanted)
+        if status not in _SURE:
             self._close()
-            status = self._ask(path, kind)
+            status = self._ask(path, kind, wanted)
             self._close()
         if status:
-            raise InputError(f"{path}: {apart._reason(status, kind)}")
+            told = path.with_suffix(".err").read_bytes()
+            raise InputError(f"{path}: {apart._reason(status, kind, told)}")
         return path.with_suffix(".out").read_bytes()
 
-    def _ask(self, path: Path, kind: apart.Kind) -> int:
+    def _ask(self, path: Path, kind: apart.Kind, wanted: Sequence[str]) -> int:
         if self.child is not None and (self.child.read >= MOST_FILES or self.owner != os.getpid()):
             self._close()
         if self.child is None:
             self.child, self.owner = Child(), os.getpid()
         child = self.child
         try:
-            status = child.ask(kind, path)
+            status = child.ask(kind, path, wanted)
         except BaseException:
             self.child = None
             child.kill()

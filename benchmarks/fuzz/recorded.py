@@ -32,9 +32,9 @@ def channels() -> dict[str, np.ndarray]:
     return {"t": t, "u": np.round(2.0 + np.sin(9.0 * t), 4), "theta_u": angle, "theta_l": angle**2}
 
 
-def csv_text(separator: str = ",", end: str = "\n") -> bytes:
-    """The same as CSV."""
-    columns = channels()
+def csv_text(separator: str = ",", end: str = "\n", first: int = 4) -> bytes:
+    """The same as CSV, the first columns of it."""
+    columns = dict(list(channels().items())[:first])
     rows = [
         list(columns),
         *([repr(float(v)) for v in row] for row in zip(*columns.values(), strict=True)),
@@ -56,7 +56,9 @@ def sane(recording: Recording) -> None:
 
 
 MAPS = ((), ("theta_u=theta_u:counts/1e3",), ("t=t:ms",), ("u=u:1e300",), ("torque=u:0.05",),
-        ("omega_u=theta_u:rpm",), ("t=t:1e-300",))  # fmt: skip
+        ("theta_u=m(2,:)", "u=s.a"), ("theta_l=c(1)",),
+        ("omega_u=theta_u:rpm",), ("t=t:1e-300",),
+        ("theta_u=theta_u@0.05", "u=u:2@-.003"), ("u=0", "theta_l=theta_l@1e9"))  # fmt: skip
 
 
 def _read(path: Path, content: bytes, how: tuple[int, bool]) -> None:
@@ -123,8 +125,6 @@ KINDS = (
     pa.duration("s"), pa.decimal128(20, 3), pa.list_(pa.float64()), pa.large_string(),
     pa.struct([("a", pa.int8())]), pa.dictionary(pa.int8(), pa.string()),
 )  # fmt: skip
-
-
 PACKERS = ("none", "snappy", "zstd", "gzip")
 
 
@@ -209,6 +209,7 @@ def workspace(dice: Dice) -> tuple[str, bytes, tuple[int, bool]]:
 
 MAT = Harness("mat", workspace, read_binary)
 
+
 MANIFEST = b"""[defaults]
 columns = { t = "t", u = "u", theta_u = "theta_u" }
 units = { t = "s", theta_u = "counts", theta_l = "rad" }
@@ -222,16 +223,22 @@ role = "holdout"
 closed_loop = true
 missing = "keep"
 note = "none"
+delay = { theta_u = 0.02, u = -0.013 }
+interpolate = true
+[[recording]]
+files = { t = "time.csv", u = "time.csv", theta_l = "own.csv" }
+delay = { theta_l = 0.003 }
+interpolate = true
 """
 
 
 def read_manifest(folder: Path, content: bytes) -> None:
-    """A folder of two small recordings with this manifest."""
+    """A folder of small recordings with this manifest."""
     inside = folder / "set"
     inside.mkdir(exist_ok=True)
-    for name in ("run-1.csv", "other.csv"):
-        if not (inside / name).exists():
-            (inside / name).write_bytes(csv_text())
+    for name, kept in (("run-1", 4), ("other", 4), ("time", 2), ("own", 4)):
+        if not (inside / f"{name}.csv").exists():
+            (inside / f"{name}.csv").write_bytes(csv_text(first=kept))
     (inside / "recordings.toml").write_bytes(content)
     found = read_folder(inside)
     for recording in (*found.stage1, *found.fit, *found.holdout):

@@ -30,7 +30,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON documen
 _MAP_HELP = (
     "CHANNEL=COLUMN[:UNIT], repeatable: t (s ms us), u (V mV) or torque (Nm mNm N), theta_u and "
     "theta_l (rad deg turn counts/N m), omega_u and omega_l (rad/s rpm deg/s m/s), or a number to "
-    "multiply by. Example: --map theta_u=enc:counts/8192"
+    "multiply by; u=0 where nothing drives. Example: --map theta_u=enc:counts/8192"
 )
 MapOption = Annotated[list[str] | None, typer.Option("--map", help=_MAP_HELP, show_default=False)]
 

@@ -1,28 +1,23 @@
-"""The program that `apart` runs: reads a Parquet or MATLAB file, writes its columns as Arrow.
+"""Files read in a confined process: Parquet, MATLAB and JSON to columns in Arrow's form.
 
-It is run by its path and imports nothing of the package, so that it starts fast. Each column or
-constant is a stream of its own, since those of a MATLAB file need not be equally long.
+Each column or constant is a stream of its own, since those of a file need not be equally long.
 """
 
 from __future__ import annotations
 
-import json
 import math
-import sys
+import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-DAMAGED, TOO_LARGE, NEWER_MAT = 3, 4, 5
-"""Exit statuses, beside 0 and what a crash leaves."""
+from drill_env.recordings._apart_columns import Refused, TooLarge, within
+from drill_env.recordings._apart_json import json_columns
+from drill_env.recordings._apart_mat import mat_columns
 
-CONSTANT = b"constant"
-"""Key in the schema of a single number that is no column."""
-
-
-class TooLarge(Exception):
-    """The file says itself that it holds more than is allowed."""
+DAMAGED, TOO_LARGE, NEWER_MAT, REFUSED = 3, 4, 5, 6
+"""Exit statuses, beside 0 and what a crash leaves; a refusal's text is on standard error."""
 
 
 def parquet_columns(path: Path, limits: dict[str, int]) -> Iterator[Any]:
@@ -31,12 +26,12 @@ def parquet_columns(path: Path, limits: dict[str, int]) -> Iterator[Any]:
 
     with pq.ParquetFile(path) as file:
         told = file.metadata
-        _within(told.num_rows, told.num_columns, limits)
+        within(told.num_rows, told.num_columns, limits)
         unpacked = sum(told.row_group(i).total_byte_size for i in range(told.num_row_groups))
         if unpacked > limits["bytes"]:
             raise TooLarge
         table = file.read(use_threads=False)
-    _within(table.num_rows, table.num_columns, limits)
+    within(table.num_rows, table.num_columns, limits)
     if table.nbytes > limits["bytes"]:
         raise TooLarge
     # Rows that say more or less of their columns than was told end here.
@@ -63,36 +58,6 @@ def _plain(table: Any) -> Any:
     return pa.table({field.name: column})
 
 
-def mat_columns(path: Path, limits: dict[str, int]) -> Iterator[Any]:
-    """The vectors of a MATLAB file as columns and its single numbers as constants."""
-    import numpy as np
-    import pyarrow as pa
-    from scipy.io import loadmat, whosmat
-
-    shapes = [(shape, name) for name, shape, _ in whosmat(path) if not name.startswith("__")]
-    for shape, _ in shapes:
-        values = 1
-        for length in shape:
-            values *= int(length)
-        _within(values, len(shapes), limits | {"values": limits["values"] * len(shapes)})
-    content = loadmat(path, variable_names=[name for _, name in shapes])
-    for name, value in content.items():
-        array = np.asarray(value)
-        if name.startswith("__") or array.dtype.kind not in "fiub" or array.size == 0:
-            continue
-        kind = bool if array.dtype.kind == "b" else float
-        if array.size == 1:
-            number = pa.table({name: [float(array.item())]})
-            yield number.replace_schema_metadata({CONSTANT: b"1"})
-        elif array.ndim <= 2 and max(array.shape) == array.size:
-            yield pa.table({name: pa.array(array.ravel().astype(kind))})
-
-
-def _within(rows: int, columns: int, limits: dict[str, int]) -> None:
-    if rows > limits["rows"] or columns > limits["columns"] or rows * columns > limits["values"]:
-        raise TooLarge
-
-
 def confine(memory: int, seconds: int) -> None:
     """Let this process take so many bytes and seconds of CPU more than now, and dump no core."""
     try:
@@ -110,28 +75,40 @@ def confine(memory: int, seconds: int) -> None:
         return
 
 
-def main(kind: str, path: Path, limits: dict[str, int]) -> int:
-    """Write the columns to standard output; returns the exit status."""
+def main(kind: str, path: Path, limits: dict[str, int], wanted: Sequence[str]) -> int:
+    """Write the columns to standard output; returns the exit status.
+
+    Args:
+        kind: "parquet", "mat" or "json".
+        path: of the file.
+        limits: of the file, and the memory and seconds that reading it may take.
+        wanted: places in a MATLAB workspace that are columns too.
+    """
     import pyarrow as pa
 
-    reader = {"parquet": parquet_columns, "mat": mat_columns}[kind]
+    readers = {
+        "parquet": lambda: parquet_columns(path, limits),
+        "mat": lambda: mat_columns(path, limits, wanted),
+        "json": lambda: json_columns(path, limits),
+    }
     # Imported before the limit, which counts what the process has already.
-    __import__({"parquet": "pyarrow.parquet", "mat": "scipy.io"}[kind])
+    __import__({"parquet": "pyarrow.parquet", "mat": "scipy.io", "json": "pyarrow"}[kind])
     confine(limits["memory"], limits["seconds"])
     try:
-        for table in reader(path, limits):
-            with pa.ipc.new_stream(sys.stdout.buffer, table.schema) as stream:
-                stream.write_table(table)
+        # The descriptor itself, since sys.stdout may be another in a fork.
+        with open(1, "wb", closefd=False) as out:
+            for table in readers[kind]():
+                with pa.ipc.new_stream(out, table.schema) as stream:
+                    stream.write_table(table)
     except (TooLarge, MemoryError):
         return TOO_LARGE
+    except Refused as error:
+        os.write(2, str(error)[:500].encode("ascii", "backslashreplace"))
+        return REFUSED
     except NotImplementedError:
         return NEWER_MAT if kind == "mat" else DAMAGED
     except Exception as error:
         # Whatever the libraries raise on damaged bytes means the same.
-        print(f"{type(error).__name__}: {error}"[:500], file=sys.stderr)
+        os.write(2, f"{type(error).__name__}: {error}"[:500].encode("ascii", "backslashreplace"))
         return DAMAGED
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1], Path(sys.argv[2]), json.loads(sys.argv[3])))

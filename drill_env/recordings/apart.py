@@ -1,7 +1,7 @@
-"""Binary files, read in a process of their own: a damaged one may crash it, or want all memory.
+"""Files read in a process of their own: a damaged one may crash it, or want all memory.
 
-The libraries that read them are compiled, and a few changed bytes end scipy's reader of MATLAB
-files by a segmentation fault.
+The libraries that read binary files are compiled, and a few changed bytes end scipy's reader of
+MATLAB files by a segmentation fault. JSON becomes Python's objects, which may take any memory.
 """
 
 from __future__ import annotations
@@ -10,55 +10,80 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from drill_env._errors import InputError
+from drill_env._errors import InputError, printable
 from drill_env.recordings import limits
-from drill_env.recordings._read_apart import CONSTANT, NEWER_MAT, TOO_LARGE
+from drill_env.recordings._apart_columns import CONSTANT, OTHER, PLACE
+from drill_env.recordings._read_apart import NEWER_MAT, REFUSED, TOO_LARGE
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-Kind: TypeAlias = Literal["parquet", "mat"]
-_NAMES: dict[Kind, str] = {"parquet": "Parquet", "mat": "MATLAB"}
-_PROGRAM = Path(__file__).with_name("_read_apart.py")
+Kind: TypeAlias = Literal["parquet", "mat", "json"]
+_NAMES: dict[Kind, str] = {"parquet": "Parquet", "mat": "MATLAB", "json": "JSON"}
+_PROGRAM = Path(__file__).with_name("_apart_program.py")
 _LIMITS = {
     "rows": limits.MOST_ROWS, "columns": limits.MOST_COLUMNS, "values": limits.MOST_VALUES,
     "bytes": limits.MOST_BYTES, "memory": limits.MOST_MEMORY,
 }  # fmt: skip
 
 
-def read_apart(
-    path: Path, kind: Kind
-) -> tuple[list[tuple[str, pa.ChunkedArray]], dict[str, float]]:
-    """Names and values of the columns of a Parquet or MATLAB file, and its constants.
+@dataclass(frozen=True, slots=True)
+class Contents:
+    """What a file holds.
+
+    Attributes:
+        columns: names and values.
+        constants: single numbers by name.
+        others: what else there is, in words.
+    """
+
+    columns: list[tuple[str, pa.ChunkedArray]]
+    constants: dict[str, float]
+    others: tuple[str, ...]
+
+
+def read_apart(path: Path, kind: Kind, wanted: Sequence[str] = ()) -> Contents:
+    """The contents of a Parquet, MATLAB or JSON file.
 
     Args:
         path: of the file.
         kind: what it is.
+        wanted: texts that may be places in a MATLAB workspace, which are then columns too.
 
     Raises:
-        InputError: the file is damaged, too large, or of a kind that is not read.
+        InputError: the file is damaged, too large, or of a kind that is not read, or what is
+            wanted of it is no vector.
     """
     import pyarrow as pa
 
-    content = _run(path, kind)
+    content = _run(path, kind, [text for text in wanted if PLACE.fullmatch(text)])
     columns: list[tuple[str, pa.ChunkedArray]] = []
     constants: dict[str, float] = {}
+    others: list[str] = []
     source = pa.BufferReader(content)
     while source.tell() < len(content):
         table = pa.ipc.open_stream(source).read_all()
-        name = table.schema.field(0).name
-        if (table.schema.metadata or {}).get(CONSTANT):
+        name, told = table.schema.field(0).name, table.schema.metadata or {}
+        if told.get(CONSTANT):
             constants[name] = float(table.column(0)[0].as_py())
+        elif told.get(OTHER):
+            others.append(name)
         else:
             columns.append((name, table.column(0)))
-    return columns, constants
+    return Contents(columns, constants, tuple(others))
 
 
-def reading_seconds(size: int) -> int:
-    """Seconds of CPU for a file of so many bytes."""
+def reading_seconds(path: Path, kind: Kind) -> int:
+    """Seconds of CPU for a file."""
+    size = path.stat().st_size
+    if kind == "json":
+        unpacked = size * limits.MOST_PACKED if path.suffix.lower() == ".gz" else size
+        return limits.READING_SECONDS + min(unpacked, limits.MOST_BYTES) // limits.JSON_RATE
     return limits.READING_SECONDS + size // limits.READING_RATE
 
 
@@ -70,25 +95,28 @@ _TOO_LONG = (
 _OUT_OF_TIME = 24
 
 
-def _run(path: Path, kind: Kind) -> bytes:
+def _run(path: Path, kind: Kind, wanted: Sequence[str]) -> bytes:
     # -P: no module beside the program may hide one of the libraries'.
-    given = json.dumps(_LIMITS | {"seconds": reading_seconds(path.stat().st_size)})
-    command = [sys.executable, "-P", str(_PROGRAM), kind, str(path), given]
+    seconds = reading_seconds(path, kind)
+    given = json.dumps(_LIMITS | {"seconds": seconds})
+    command = [sys.executable, "-P", str(_PROGRAM), kind, str(path), given, json.dumps(wanted)]
     # Pools that reserve addresses ahead would count as memory.
     environment = {**os.environ, "ARROW_DEFAULT_MEMORY_POOL": "system", "OPENBLAS_NUM_THREADS": "1"}
     try:
         done = subprocess.run(
             command, stdin=subprocess.DEVNULL, capture_output=True, env=environment,
-            timeout=limits.LONGEST_READING, check=False,
+            timeout=limits.LONGEST_READING + seconds - limits.READING_SECONDS, check=False,
         )  # fmt: skip
     except subprocess.TimeoutExpired as error:
         raise InputError(f"{path}: {_TOO_LONG}") from error
     if done.returncode == 0:
         return done.stdout
-    raise InputError(f"{path}: {_reason(done.returncode, kind)}")
+    raise InputError(f"{path}: {_reason(done.returncode, kind, done.stderr)}")
 
 
-def _reason(status: int, kind: Kind) -> str:
+def _reason(status: int, kind: Kind, told: bytes) -> str:
+    if status == REFUSED:
+        return printable(told.decode("ascii", "replace").strip(), 500)
     if status == TOO_LARGE:
         return too_large_text()
     if status == -_OUT_OF_TIME:

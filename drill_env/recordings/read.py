@@ -21,6 +21,7 @@ from drill_env.recordings.checks import (
     check_size,
     check_time,
 )
+from drill_env.recordings.clocks import on_rows
 from drill_env.recordings.columns import (
     ANGLES,
     VELOCITIES,
@@ -30,6 +31,7 @@ from drill_env.recordings.columns import (
     listed,
     missing_text,
     resolve,
+    wanted_names,
 )
 from drill_env.recordings.drives import check_torque, check_voltage
 from drill_env.recordings.recording import Recording, RecordingWarning
@@ -45,6 +47,7 @@ def read_recording(
     *,
     need: tuple[Channel, ...] = (),
     missing: Missing = "refuse",
+    interpolate: bool = False,
 ) -> Recording:
     """Read one recording and check it.
 
@@ -52,42 +55,76 @@ def read_recording(
     Each remark is issued as a `RecordingWarning` and kept in the recording's notes.
 
     Args:
-        path: .csv, .csv.gz, .parquet or .mat file.
+        path: CSV, Parquet, MATLAB or JSON file, see the page on recordings.
         column_map: channel to "COLUMN" or "COLUMN:UNIT", see `parse_map`; channels not
             mapped are looked for under their own names.
         need: channels that must be there, besides t; a torque stands for u.
         missing: "refuse" values that are no number, or "keep" them: then an angle or velocity
             stays NaN, and rows without time or drive are left out.
+        interpolate: a reading whose delay is no whole number of rows, between its samples.
 
     Raises:
         InputError: the file, a column or the time base is bad.
     """
     path = Path(path)
-    source = printable(path)
-    table = read_table(path)
+    table = read_table(path, wanted_names((column_map or {}).values()))
+    return recording_from(
+        printable(path), table, column_map, need=need, missing=missing, interpolate=interpolate
+    )
+
+
+def recording_from(
+    source: str,
+    table: Table,
+    column_map: ColumnMap | None = None,
+    *,
+    need: tuple[Channel, ...] = (),
+    missing: Missing = "refuse",
+    interpolate: bool = False,
+) -> Recording:
+    """The recording that a table of the file `source` holds, as `read_recording` checks it."""
     found = tuple(table.columns)
-    columns = resolve(source, found, column_map)
+    columns = resolve(source, found, column_map, table.others)
     there = {*columns, "u"} if "torque" in columns else {*columns}
     absent = [name for name in need if name not in there]
     if absent:
-        raise InputError(missing_text(source, absent, found))
+        raise InputError(missing_text(source, absent, found, table.others))
     check_length(table.columns[columns["t"].name], source)
     values, places = _channels(source, table, columns, missing)
     extra, ignored = _extra(source, table, columns)
     notes = _without_missing(source, values, extra) if missing == "keep" else []
     checked, quanta = _checked(values, places)
     notes += checked + ignored + _two_drives(source, found, columns, column_map or {})
-    for note in notes:
-        warnings.warn(note, stacklevel=2)
     torque = values.pop("torque", None)
     if torque is not None:
         values["u"] = torque
     counted = {name: 2.0 * math.pi / c.turn for name, c in columns.items() if c.turn}
-    return Recording(
+    recording = Recording(
         **values, drive="voltage" if torque is None else "torque", extra=extra,
         constants=table.constants, quanta=quanta, stated=counted, source=source,
         columns=(*found, *table.constants), notes=tuple(notes),
     )  # fmt: skip
+    recording = _shifted(recording, columns, interpolate=interpolate)
+    for note in recording.notes:
+        warnings.warn(note, stacklevel=3)
+    return recording
+
+
+def _shifted(
+    recording: Recording, columns: dict[Channel, Column], *, interpolate: bool
+) -> Recording:
+    """With each delayed channel where it belongs."""
+    clocks: dict[Channel, tuple[FloatArray, FloatArray]] = {}
+    for name, column in columns.items():
+        if abs(column.delay) >= recording.duration:
+            raise InputError(
+                f"{recording.source}: the delay of {name}, {column.delay:g} s, is longer than the "
+                "recording; give it in seconds"
+            )
+        if column.delay:
+            channel: Channel = "u" if name == "torque" else name
+            clocks[channel] = (recording.t - column.delay, recording.channel(channel))
+    return on_rows(recording, clocks, interpolate=interpolate) if clocks else recording
 
 
 def _two_drives(
@@ -111,6 +148,9 @@ def _channels(
     rows = len(table.columns[columns["t"].name])
     for name, column in columns.items():
         places[name] = Place(source, name, column, table.first_row)
+        if column.constant is not None:
+            values[name] = np.full(rows, column.constant)
+            continue
         raw = table.columns[column.name]
         if len(raw) != rows:
             raise InputError(
@@ -156,9 +196,9 @@ def _checked(
 ) -> tuple[list[RecordingWarning], dict[str, float]]:
     """Remarks and encoder steps; wrapped angles are unwrapped in `values`."""
     notes = check_time(values["t"], places["t"])
-    if "u" in values:
+    if "u" in values and places["u"].column.constant is None:
         notes += check_voltage(values["u"], places["u"])
-    if "torque" in values:
+    if "torque" in values and places["torque"].column.constant is None:
         notes += check_torque(values["torque"], places["torque"])
     for name in VELOCITIES:
         if name in values:

@@ -32,8 +32,8 @@ class RecordingWarning(UserWarning):
     Attributes:
         code: what it is, one of "jitter", "gap", "slow_clock", "constant", "saturated",
             "wrapped", "jump", "implausible_speed", "large_voltage", "ignored_column",
-            "two_drives", "missing", "no_manifest", "twist_offset", "hidden_state", or one of
-            `drill_env.identification.screening.findings`.
+            "two_drives", "missing", "clocks", "interpolated", "no_manifest", "twist_offset",
+            "hidden_state", or one of `drill_env.identification.screening.findings`.
     """
 
     def __init__(self, code: str, message: str) -> None:

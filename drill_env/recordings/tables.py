@@ -1,4 +1,4 @@
-"""Raw columns out of CSV, Parquet and MATLAB files."""
+"""Raw columns out of CSV, Parquet, MATLAB and JSON files."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import csv
 import gzip
 import zlib
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from drill_env._errors import InputError, printable
 from drill_env._types import FloatArray
 from drill_env.recordings import limits
-from drill_env.recordings.apart import read_apart, too_large_text
+from drill_env.recordings.apart import Contents, read_apart, too_large_text
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -37,15 +37,21 @@ class Table:
         columns: values by name, numeric or not, each of shape (n,).
         constants: single numbers by name.
         first_row: number of the first data row in the file, for messages.
+        others: what else the file holds, in words, for messages.
     """
 
     columns: dict[str, Values]
     constants: dict[str, float] = field(default_factory=dict)
     first_row: int = 1
+    others: tuple[str, ...] = ()
 
 
-def read_table(path: Path) -> Table:
-    """Read the columns of a .csv, .csv.gz, .parquet or .mat file.
+def read_table(path: Path, wanted: Sequence[str] = ()) -> Table:
+    """Read the columns of a CSV, Parquet, MATLAB or JSON file.
+
+    Args:
+        path: of the file.
+        wanted: texts that may be places in a MATLAB workspace, which are then columns too.
 
     Raises:
         InputError: the file is missing, damaged, empty, too large or of an unknown kind.
@@ -55,19 +61,20 @@ def read_table(path: Path) -> Table:
         (".csv", ".csv.gz", ".txt", ".tsv"): _read_csv,
         (".parquet", ".pq"): _read_parquet,
         (".mat",): _read_mat,
+        (".json", ".json.gz", ".jsonl", ".jsonl.gz", ".ndjson", ".ndjson.gz"): _read_json,
     }
     try:
         if path.is_dir():
             raise InputError(f"{path} is a folder: give one file")
         reader = next((r for ends, r in kinds.items() if name.endswith(ends)), None)
         if reader is None:
-            raise InputError(f"{path}: unknown kind of file; give .csv, .csv.gz, .parquet or .mat")
+            raise InputError(f"{path}: unknown kind of file; give .csv, .parquet, .mat or .json")
         if not path.is_file():
             raise InputError(f"{path}: no such file; check the path")
         if path.stat().st_size == 0:
             raise InputError(f"{path}: the file is empty; record or export it again")
         _check_size(path, path.stat().st_size)
-        return reader(path)
+        return reader(path, wanted)
     except _DAMAGED as error:
         raise InputError(f"{path}: the file is truncated or damaged; copy it again") from error
     except OSError as error:
@@ -79,7 +86,7 @@ def _check_size(path: Path, size: int) -> None:
         raise InputError(f"{path}: {too_large_text()}")
 
 
-def _read_csv(path: Path) -> Table:
+def _read_csv(path: Path, wanted: Sequence[str]) -> Table:
     if path.suffix.lower() == ".gz":
         with gzip.open(path) as stream:
             content = stream.read(limits.MOST_BYTES + 1)
@@ -178,19 +185,21 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _read_parquet(path: Path) -> Table:
-    columns, _ = read_apart(path, "parquet")
-    return _table(path, columns, {})
+def _read_parquet(path: Path, wanted: Sequence[str]) -> Table:
+    return _table(path, read_apart(path, "parquet"))
 
 
-def _read_mat(path: Path) -> Table:
-    return _table(path, *read_apart(path, "mat"))
+def _read_mat(path: Path, wanted: Sequence[str]) -> Table:
+    return _table(path, read_apart(path, "mat", wanted))
 
 
-def _table(path: Path, columns: Iterable[tuple[str, Values]], constants: dict[str, float]) -> Table:
-    columns = list(columns)
-    _check_names(path, [name for name, _ in columns])
-    return Table(dict(columns), constants)
+def _read_json(path: Path, wanted: Sequence[str]) -> Table:
+    return _table(path, read_apart(path, "json"))
+
+
+def _table(path: Path, held: Contents) -> Table:
+    _check_names(path, [name for name, _ in held.columns])
+    return Table(dict(held.columns), held.constants, others=held.others)
 
 
 def as_numbers(values: Values, where: str, first_row: int = 1) -> FloatArray:
