@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drill_env.diagnosis.rounds import Attempt, at_its_limit
+from drill_env.diagnosis.rounds import Attempt, at_its_limit, at_range_end
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 
@@ -41,3 +41,21 @@ def test_a_warm_up_far_slower_than_the_recordings_is_constant_friction(minutes: 
 def test_a_step_of_friction_at_the_start_is_the_rigs_own(time: float, told: bool):
     lasting = SimpleNamespace(motions=(SimpleNamespace(t=np.array([0.0, 60.0])),))
     assert at_its_limit(attempt("friction_step", 0.1, time, fit=lasting), []) == told
+
+
+@pytest.mark.parametrize(
+    ("name", "numbers", "told"),
+    [
+        # The brake settles faster, or wears off sooner, than is searched.
+        ("friction_settling", (-0.006, 0.5), True),
+        ("friction_settling", (-0.006, 0.6), False),
+        ("wear", (0.01, 1.0), True),
+        ("actuator_lag", (20.0,), True),
+        # All of the friction is the motor's, and hardly any damping: no end of a search.
+        ("gear_compliance", (20.0, 0.3, 1.0, 0.002), False),
+        # None at all.
+        ("missed_counts_lower", (0.1, 0.0), False),
+    ],
+)
+def test_a_number_at_the_end_of_its_range_is_not_determined(name, numbers, told):
+    assert at_range_end(attempt(name, *numbers).term) == told

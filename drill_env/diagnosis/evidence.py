@@ -20,7 +20,7 @@ from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import followed
 from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.lost_counts import LostCounts
-from drill_env.diagnosis.rounds import Attempt, Found, Round, is_named, place_of
+from drill_env.diagnosis.rounds import Attempt, Found, Round, at_range_end, is_named, place_of
 from drill_env.diagnosis.strikes import Once
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.identification.samples import Samples
@@ -167,7 +167,7 @@ class _Judge:
         return self.weighed(found).restated(found)
 
     def row(self, attempt: Attempt, before: FloatArray) -> tuple[Row, bool]:
-        """One attempt, and whether held-out recordings bear it."""
+        """One attempt, and whether it is determined and held-out recordings bear it."""
         told = 0.5 * attempt.criterion
         # What happened in one recording tells nothing of others.
         gains = np.zeros(0) if _once(attempt.term) else self.blocks(attempt.fit) - before
@@ -182,7 +182,8 @@ class _Judge:
         error = error if scatter else 0.0
         row = Row(attempt.term.id, gain, error, z, (told, unseen), len(attempt.term.q), each)
         # What scatter may do is no contradiction.
-        return row, unseen > -max(self.criteria.gain, self.criteria.z * error)
+        borne = unseen > -max(self.criteria.gain, self.criteria.z * error)
+        return row, borne and not at_range_end(attempt.term)
 
     def climbed(self, found: Found, taken: Attempt, table: Weighed) -> Fit:
         """The name that was taken with what stands beside it."""

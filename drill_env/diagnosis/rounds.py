@@ -25,6 +25,8 @@ NEEDED_BESIDE = 40.0
 """The same beside another effect, whose formula need not be the rig's to the last digit."""
 
 _AT_LIMIT = 1.5
+# Share of a range's end within which a number is there.
+_END = 1e-3
 # Share of the noise of torque; a free torque leaves a fifth of it at most on five fitted nulls.
 _OWN = 0.5
 # Recordings: within one it changes by an eighth, or less.
@@ -153,6 +155,19 @@ def at_its_limit(attempt: Attempt, others: Sequence[Attempt]) -> bool:
     place = [p.name for p in source.effect.parameters].index(name)
     least = source.effect.parameters[place].low
     return attempt.term.q[place] <= _AT_LIMIT * least and any(a.term.id == other for a in others)
+
+
+def at_range_end(term: Term) -> bool:
+    """Whether a number came to the end of its range, so that it is not determined.
+
+    The least of what may be none, 0, is no such end, nor are those of shares and damping ratios:
+    there physics ends and not the search.
+    """
+    if not isinstance(term.source, Named):
+        return False
+    pairs = zip(term.source.effect.parameters, term.q.tolist(), strict=True)
+    told = [(p, value) for p, value in pairs if p.role == "shape" and p.unit != "1"]
+    return any(0.0 < p.low >= (1.0 - _END) * v or v >= (1.0 - _END) * p.high for p, v in told)
 
 
 def _longest(attempt: Attempt) -> float:
