@@ -105,7 +105,7 @@ def _motor(root: Path) -> tuple[list[Recording], list[Recording], Rig]:
     return runs[0], runs[1], Rig.one_inertia(km=1.0, Ju=0.02, Tsu=0.0, bu=0.018)
 
 
-FRICTION = ("upper_coulomb", "upper_stribeck")
+FRICTION = ("upper_coulomb", "upper_stribeck", "upper_gaussian_stribeck")
 MACHINES = {
     "servo with a weight": Machine(("upper_unbalance",), ("upper",), _servo, 0.3),
     "arm, joint 1": Machine(

@@ -502,6 +502,8 @@ DISSIPATIVE = [
     {"id": "upper_quadratic_drag", "coefficient": 0.5},
     {"id": "lower_stribeck", "torque": 0.03, "velocity": 0.5},
     {"id": "upper_stribeck", "torque": 0.5, "velocity": 0.5},
+    {"id": "lower_gaussian_stribeck", "torque": 0.03, "velocity": 1.0},
+    {"id": "upper_gaussian_stribeck", "torque": 0.5, "velocity": 1.0},
     {"id": "load_dependent_friction", "coefficient": 0.5},
     {"id": "friction_warmup", "excess": 0.5, "time_constant": 5.0},
     {"id": "friction_drift", "drift": 2.0},

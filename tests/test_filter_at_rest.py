@@ -34,6 +34,7 @@ QUANTUM = 2.0 * math.pi / 8192
 NOISE = NoiseModel(1e-3, 1e-5, 0.1, 0.1, QUANTUM / math.sqrt(12.0), QUANTUM / math.sqrt(12.0))
 NUMBERS = {
     "lower_stribeck": (0.0235, 0.2),
+    "lower_gaussian_stribeck": (0.0235, 0.3),
     "presliding": (0.004,),
     "dwell_stiction": (0.02, 1.0),
     "friction_lag": (0.02,),

@@ -35,7 +35,9 @@ def test_a_drawn_rig_obeys_its_laws(number: int) -> None:
 
 # Each failed once: what it was is in docs/integrator.md. They were drawn from what the library held
 # then, so their effects are named here.
-LATER = ("commutation_ripple", "soft_saturation")
+LATER = (
+    "commutation_ripple", "soft_saturation", "lower_gaussian_stribeck", "upper_gaussian_stribeck",
+)  # fmt: skip
 FAILED = {
     (1, 31): ["brake_runout", "slew_limit", "upper_presliding"],
     (1, 138): ["upper_resonator", "amplifier_saturation", "encoder_delay_upper"],

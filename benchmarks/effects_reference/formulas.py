@@ -63,6 +63,14 @@ def lower_stribeck(q: dict[str, Any], s: Sums, v: View) -> None:
     s.size_l += q["torque"] * exp(-v.speed_l / q["velocity"])
 
 
+def upper_gaussian_stribeck(q: dict[str, Any], s: Sums, v: View) -> None:
+    s.size_u += q["torque"] * exp(-((v.wu / q["velocity"]) ** 2))
+
+
+def lower_gaussian_stribeck(q: dict[str, Any], s: Sums, v: View) -> None:
+    s.size_l += q["torque"] * exp(-((v.wl / q["velocity"]) ** 2))
+
+
 def upper_load_friction(q: dict[str, Any], s: Sums, v: View) -> None:
     s.size_u += q["coefficient"] * abs(v.rig.km * v.u)
 
@@ -154,7 +162,8 @@ FORMULAS: dict[str, Callable[[dict[str, Any], Sums, View], None]] = {
         lower_disturbance, upper_disturbance, string_damping, string_hardening, unbalance,
         upper_unbalance, brake_runout, lower_asymmetry, friction_drift, whirl_drag,
         dwell_stiction, drive_braking_loss, motor_fade, upper_load_friction, upper_spring,
-        friction_settling, commutation_ripple, soft_saturation,
+        friction_settling, commutation_ripple, soft_saturation, upper_gaussian_stribeck,
+        lower_gaussian_stribeck,
     )
 }  # fmt: skip
 

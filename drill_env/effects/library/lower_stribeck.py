@@ -23,7 +23,7 @@ EFFECT = Effect(
         ),
     ),
     kernel=lower_stribeck,
-    neighbours=("dwell_stiction", "friction_lag"),
+    neighbours=("lower_gaussian_stribeck", "dwell_stiction", "friction_lag"),
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994)",
     at_rest=True,
 )

@@ -21,7 +21,7 @@ EFFECT = Effect(
         shape("velocity", "rad/s", (0.03, 0.07, 0.15, 0.3, 0.6, 1.0, 1.6), low=0.001, high=20.0),
     ),
     kernel=upper_stribeck,
-    neighbours=("amplifier_deadzone",),
+    neighbours=("upper_gaussian_stribeck", "amplifier_deadzone"),
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994)",
     at_rest=True,
 )
