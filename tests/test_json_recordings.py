@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.fuzz.recorded import forked
+from benchmarks.fuzz.recorded import read_in_turn
 from drill_env import InputError
 from drill_env.recordings import limits, parse_map, read_folder, read_recording
 
@@ -131,7 +131,7 @@ def test_bad_json_is_one_line(kind, tmp_path):
     path = tmp_path / "run.json"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     begin = time.monotonic()
-    with forked(), pytest.raises(InputError, match=message) as caught:
+    with read_in_turn(), pytest.raises(InputError, match=message) as caught:
         read_recording(path)
     assert str(path) in str(caught.value) and len(str(caught.value)) < 2000
     assert time.monotonic() - begin < 20.0

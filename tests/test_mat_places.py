@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from benchmarks.fuzz.recorded import forked
+from benchmarks.fuzz.recorded import read_in_turn
 from drill_env import InputError
 from drill_env.recordings import parse_map, read_folder, read_recording
 
@@ -54,7 +54,7 @@ WAYS = {
 def test_every_place_gives_its_column(way, path):
     names = ("t", "u", "theta_u", "theta_l")
     columns = [f"{name}={place}" for name, place in zip(names, WAYS[way], strict=True)]
-    with forked(), warnings.catch_warnings():
+    with read_in_turn(), warnings.catch_warnings():
         warnings.simplefilter("error")
         recording = read_recording(path, parse_map(columns))
     for values, name in zip((T, U, TOP, BIT), names, strict=True):
@@ -103,7 +103,7 @@ BAD = {
 
 @pytest.mark.parametrize("place", BAD)
 def test_a_place_that_is_no_column_is_one_line(place, path):
-    with forked(), pytest.raises(InputError, match=BAD[place]) as caught:
+    with read_in_turn(), pytest.raises(InputError, match=BAD[place]) as caught:
         read_recording(path, {"t": "out.time", "u": place})
     assert str(path) in str(caught.value) or "--map" in str(caught.value)
 

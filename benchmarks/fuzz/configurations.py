@@ -9,6 +9,7 @@ import numpy as np
 from benchmarks.fuzz.draws import MOST_VOLTS, draw_effects, draw_rig, logarithmic
 from drill_env import Rig
 from drill_env._types import Method
+from drill_env.effects import LIBRARY
 from drill_env.environment.config import ActionUnit, Start, View
 from drill_env.parameters import UNCERTAINTY, Uncertainty
 
@@ -21,7 +22,7 @@ def draw_options(rng: np.random.Generator) -> dict[str, Any]:
     """Options of `gym.make`; the paper's rig half of the time, with effects half of the time."""
     rig = draw_rig(rng) if rng.random() < 0.5 else Rig()
     if rng.random() < 0.5:
-        rig = rig.replace(effects=draw_effects(rng, rig, False))
+        rig = rig.replace(effects=draw_effects(rng, rig, False, list(LIBRARY)))
     period = float(rng.choice([0.01, 0.02, 0.05, 0.1, 0.2]))
     fastest = 0.8 * MOST_VOLTS * rig.km / rig.bu
     low = min(0.05 * fastest, 5.0)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import gzip
 import io
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -113,9 +115,16 @@ GZIP = Harness("gzip", archive, read_packed)
 _READER = Reader()
 
 
-def read_binary(folder: Path, given: tuple[str, bytes, tuple[int, bool]]) -> None:
-    """A Parquet or MATLAB file."""
+@contextlib.contextmanager
+def read_in_turn() -> Iterator[None]:
+    """Binary files by one child in turn: a process for each takes half a second."""
     with mock.patch.object(apart, "_run", _READER):
+        yield
+
+
+def read_binary(folder: Path, given: tuple[str, bytes, tuple[int, bool]]) -> None:
+    """A Parquet, MATLAB or JSON file."""
+    with read_in_turn():
         _read(folder / given[0], *given[1:])
 
 
