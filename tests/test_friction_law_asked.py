@@ -12,6 +12,7 @@ from drill_env import Rig
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.law import law_fit, nearest_of_law
 from drill_env.diagnosis.offered import free_parameters
+from drill_env.diagnosis.rig_coordinates import RigCoordinates
 from drill_env.diagnosis.search import find
 from drill_env.identification.coordinates import Coordinates
 from drill_env.identification.samples import prepare
@@ -80,7 +81,7 @@ def test_a_better_fit_is_kept_under_the_rigs_own_law(monkeypatch):
     assert spoilt.bic > end.bic + 100.0
 
     def flat(samples, rig, free, effects, **options):
-        there = replace(setting, coordinates=Coordinates(rig, tuple(free)))
+        there = replace(setting, coordinates=RigCoordinates(Coordinates(rig, tuple(free))))
         law = rig.replace(**{n: getattr(end.rig, n) for n in setting.coordinates.free})
         at = there.coordinates.vector(law.replace(T1=1e-7, T2=-1e-7))
         fit = evaluate(there, at, (), end.noise, end.starts, end.motions)

@@ -14,6 +14,7 @@ from drill_env.diagnosis.applied import with_terms
 from drill_env.diagnosis.extended import evaluate, motion_of, whitened
 from drill_env.diagnosis.fit import Setting
 from drill_env.diagnosis.joint import descend_jointly
+from drill_env.diagnosis.rig_coordinates import RigCoordinates
 from drill_env.diagnosis.shapes import free_shapes
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
@@ -27,7 +28,7 @@ from tests.made_recordings import FREE, made
 RIG = Rig()
 SAMPLES = prepare(made(RIG, (), (5,)), RIG)
 NOISE = NoiseModel()
-PLACES = Coordinates(RIG, tuple(FREE))
+PLACES = RigCoordinates(Coordinates(RIG, tuple(FREE)))
 
 
 def read(rig: Rig, term: Term, motion: Motion, *, slopes: bool = False) -> tuple[Samples, Path]:

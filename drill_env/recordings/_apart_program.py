@@ -9,15 +9,19 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
-for _name, _folder in (
-    ("drill_env", Path(__file__).parents[1]),
-    ("recordings", Path(__file__).parent),
-):
-    _module = ModuleType(_name if _name == "drill_env" else f"drill_env.{_name}")
-    _module.__path__ = [str(_folder)]
-    sys.modules[_module.__name__] = _module
 
-from drill_env.recordings._read_apart import main  # noqa: E402
+def _read(kind: str, path: str, limits: str, wanted: str) -> int:
+    for name, folder in (
+        ("drill_env", Path(__file__).parents[1]),
+        ("drill_env.recordings", Path(__file__).parent),
+    ):
+        module = ModuleType(name)
+        module.__path__ = [str(folder)]
+        sys.modules[name] = module
+    from drill_env.recordings._read_apart import main
 
-_kind, _path, _limits, _wanted = sys.argv[1:]
-sys.exit(main(_kind, Path(_path), json.loads(_limits), json.loads(_wanted)))
+    return main(kind, Path(path), json.loads(limits), json.loads(wanted))
+
+
+if __name__ == "__main__":
+    sys.exit(_read(*sys.argv[1:]))
