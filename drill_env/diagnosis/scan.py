@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -24,8 +23,8 @@ from drill_env.identification.smoothing import slopes_of
 from drill_env.parameters import Rig
 
 _REFINEMENTS = 3
-# By what a finer grid may raise a gain: between two points of a declared one half of it is seen.
-_UNSEEN = 2.0
+# Fall of minus twice the log likelihood below which nothing is worth a closer look.
+_DULL = 4.0
 # A shape without an amplitude has size 1; a first look along a wrong motion may be off by this.
 _LEAST, _MOST = 0.3, 3.0
 # Share of a column's information that must be new; less is an alias of what is there.
@@ -159,39 +158,26 @@ def _solve(
     return Scored(Term(source, source.bounded(q)), gain)
 
 
-def score_effects(
-    linearised: Linearised, effects: Iterable[Effect], least: float = -math.inf
-) -> list[Scored]:
-    """The best numbers of each effect, best effect first.
-
-    Args:
-        linearised: where they are scored.
-        effects: the candidates.
-        least: information criterion by score that is worth a finer grid.
-    """
-    scored, price = [], math.log(linearised.fit.count)
+def score_effects(linearised: Linearised, effects: Iterable[Effect]) -> list[Scored]:
+    """The best numbers of each effect, best effect first."""
+    scored = []
     for effect in effects:
         if effect.only_at_rest:
             found = best_at_rest(linearised, Named(effect))
             scored += [Scored(*found)] if found else []
             continue
         best = best_point(linearised, Named(effect), grid_of(effect, linearised))
-        if best is None:
-            continue
-        hoped = _UNSEEN * best.gain / linearised.dispersion - price * len(effect.parameters)
-        if hoped > least and any(p.role == "shape" for p in effect.parameters):
-            best = _refined(linearised, effect, best)
-        scored.append(Scored(best.term, best.gain / linearised.dispersion))
+        for _ in range(_REFINEMENTS):
+            if best is None or best.gain < _DULL * linearised.dispersion:
+                break
+            if all(p.role != "shape" for p in effect.parameters):
+                break
+            finer = best_point(linearised, Named(effect), around(effect, best.term.q, _))
+            if finer is not None and finer.gain > best.gain:
+                best = finer
+        if best is not None:
+            scored.append(Scored(best.term, best.gain / linearised.dispersion))
     return sorted(scored, key=lambda s: -s.gain)
-
-
-def _refined(linearised: Linearised, effect: Effect, best: Scored) -> Scored:
-    """The best of ever finer grids."""
-    for level in range(_REFINEMENTS):
-        finer = best_point(linearised, Named(effect), around(effect, best.term.q, level))
-        if finer is not None and finer.gain > best.gain:
-            best = finer
-    return best
 
 
 def score_shapes(linearised: Linearised, shapes: Iterable[Shape]) -> list[Scored]:

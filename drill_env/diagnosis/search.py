@@ -74,8 +74,7 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     # Slopes tell little of these; where much is missing the likelihood itself is asked.
     peaked = [effect for effect in others if has_peaks(effect)]
     noise = unusual(setting, fit)
-    scored = [e for e in others if not noise or e not in peaked]
-    scores = _scores(linearised, scored, effects, _least(fit, bool(noise)))
+    scores = _scores(linearised, [e for e in others if not noise or e not in peaked], effects)
     done: list[Attempt] = []
     for start in _starts(setting, fit, _hopeful(linearised, scores, effects, bool(noise))):
         report(f"trying {start.terms[-1].id}")
@@ -106,7 +105,7 @@ def _may_join(effect: Effect, fit: Fit) -> bool:
 
 
 def _scores(
-    linearised: Linearised, scored: Sequence[Effect], effects: Sequence[Effect], least: float
+    linearised: Linearised, scored: Sequence[Effect], effects: Sequence[Effect]
 ) -> tuple[list[Scored], ...]:
     """Scores of names, free shapes, waves and strikes, each the best first.
 
@@ -114,10 +113,9 @@ def _scores(
         linearised: where they are taken.
         scored: effects that are.
         effects: the library; what it has is no free wave.
-        least: criterion by score that is worth a closer look.
     """
     return (
-        score_effects(linearised, scored, least),
+        score_effects(linearised, scored),
         score_shapes(linearised, free_shapes(linearised.fit.motions)),
         score_waves(linearised, free_waves({effect.id for effect in effects})),
         score_strikes(linearised),
