@@ -107,7 +107,7 @@ class _Squares:
 def _squares(judged: Sequence[Judged], errors: Sequence[FloatArray] | None = None) -> _Squares:
     """Of predictions against what was measured, or of given errors over the same spans."""
     errors = errors or [j.short - j.measured for j in judged]
-    known = [np.isfinite(e) | np.isinf(e) for e in errors]
+    known = [~np.isnan(e) for e in errors]
     with np.errstate(over="ignore"):
         squares = [np.where(k, e, 0.0) ** 2 for k, e in zip(known, errors, strict=True)]
     sums, counts = (
@@ -125,7 +125,7 @@ def _share(
     """Share of the error that is gone, and its standard error: the jackknife over the spans."""
     noise = drawn.mean() + sensor
     if noise > _ALIKE * after.mean():
-        drawn, noise = _Squares(0.0 * drawn.sums, drawn.counts), sensor
+        drawn, noise = _Squares(np.zeros_like(drawn.sums), drawn.counts), sensor
     share = explained_share(before.mean(), after.mean(), noise)
     n = len(before.sums)
     if n < 2 or share == 1.0:
