@@ -350,7 +350,7 @@ def test_what_the_recordings_do_not_tell_moves_nothing():
 
 
 def test_rounding_makes_no_variance_negative():
-    """An information's smallest eigenvalue is rounding where nothing is told, of either sign."""
+    """An information's smallest eigenvalue is rounding where nothing is known, of either sign."""
     axes = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
     information = axes @ np.diag([2.0, 1.0, -3e-14]) @ axes.T
     information = 0.5 * (information + information.T)

@@ -23,7 +23,7 @@ MOST_GROWN = 2**26
 of the libraries; where 10 000 inputs kept what they were, 10 kB each, it would be more."""
 
 MOST_REASONS = 10_000
-"""Kinds of error that are told apart: the count would else be what grows."""
+"""Kinds of error that are distinguished: the count would else be what grows."""
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,8 @@ import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.continuation.branch import Point
-from drill_env.continuation.tracer import CycleBranch
+from drill_env.continuation.tracer import VANISHED, CycleBranch
 
-# Cycles smaller than this share of their speed have shrunk to the equilibrium.
-_VANISHED = 4e-3
 # A settled motion is known at its samples only.
 _ALIKE = 0.05
 
@@ -42,6 +40,6 @@ def ended(point: Point, low: float, high: float) -> str:
     value, cycle = float(point.z[-1]), point.cycle
     if not low <= value <= high:
         return f"left the range at {low if value < low else high:.6g}"
-    if cycle.max - cycle.min < _VANISHED * max(abs(cycle.max), 0.1):
+    if cycle.max - cycle.min < VANISHED * max(abs(cycle.max), 0.1):
         return f"shrank to an equilibrium at {value:.6g}"
     return ""

@@ -20,6 +20,7 @@ from drill_env.continuation.special import Segment, SpecialPoint, special_points
 from drill_env.continuation.tracer import CycleBranch, Progress
 from drill_env.parameters import Rig
 
+# A bound on the work; a branch that meets it says so.
 _MAX_POINTS = 1000
 _RULE = StepRule(first=0.02, largest=0.2, turn=0.5)
 

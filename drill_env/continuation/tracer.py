@@ -18,7 +18,7 @@ from drill_env.parameters import Rig
 
 _MAX_POINTS = 3000
 # Cycles smaller than this share of their speed have shrunk to the equilibrium.
-_VANISHED = 4e-3
+VANISHED = 4e-3
 
 Progress = Callable[[int], None]
 
@@ -156,7 +156,7 @@ class Tracer:
         value, cycle = float(point.z[4]), point.cycle
         if not self._low <= value <= self._high:
             return f"left the range at {value:.6g}"
-        if cycle.max - cycle.min > _VANISHED * max(abs(cycle.max), 0.1):
+        if cycle.max - cycle.min > VANISHED * max(abs(cycle.max), 0.1):
             return ""
         near = [i for i, h in enumerate(self._hopf) if abs(h.voltage - value) < 0.02 * h.voltage]
         self._reached.update(near)
