@@ -40,12 +40,12 @@ def test_a_string_of_inertia_is_found_though_its_likelihood_has_many_peaks():
     samples = recorded("string_inertia", (frequency, damping), "random steps", "sines")
     setting, base = setting_of(*samples)
     ground = linearised_at(setting, base)
-    found = descended(ground, LIBRARY["string_inertia"], [])
-    assert found is not None
+    (found,) = descended(ground, [LIBRARY["string_inertia"]], [], lambda text: None)
     assert found.term.q[0] == pytest.approx(frequency, rel=0.03)
     assert found.gain > 1000.0
     # Beside it, what explains one recording far worse is not tried on both.
-    assert descended(ground, LIBRARY["gear_compliance"], [found]) is None
+    gear = [LIBRARY["gear_compliance"]]
+    assert descended(ground, gear, [found], lambda text: None) == [found]
 
 
 def test_what_the_best_name_is_taken_for_is_tried_too():

@@ -48,7 +48,8 @@ def effects_of(rig: Rig) -> tuple[Term, ...]:
             terms.append(Term(table, np.zeros(0)))
             continue
         numbers = np.array([float(entry[p.name]) for p in effect.parameters])
-        terms.append(Term(Named(effect, within=effect.refined_within), numbers))
+        within = effect.refined_within or effect.holds
+        terms.append(Term(Named(effect, within=within), numbers))
     return tuple(terms)
 
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import added, with_new_motions
+from drill_env.diagnosis.in_filter import moved_in
 from drill_env.diagnosis.joint import SIZES, WORTH_A_ROUND, descend_jointly
 from drill_env.diagnosis.resonance import resonates, retuned
 from drill_env.diagnosis.rounds import NEEDED, Attempt, Round, is_named
@@ -76,6 +77,19 @@ def heated(setting: Setting, fit: Fit, done: list[Attempt], only: Sequence[int])
                 if after.criterion < NEEDED and after.gain < a.gain + _MOVES:
                     resting.add(a.term.id)
     return sorted(done, key=lambda a: -a.gain)
+
+
+def settled_within(
+    setting: Setting, fit: Fit, done: Sequence[Attempt], only: Sequence[int]
+) -> list[Attempt]:
+    """The names worth their numbers at the filter's own state, where they are better told there."""
+    after = []
+    for a in done:
+        worth = is_named(a.term) and a.criterion > NEEDED
+        inside = moved_in(setting, a.fit) if worth else a.fit
+        moved = inside is not a.fit
+        after.append(carried_on(setting, fit, inside, FIRST_ROUNDS, only=only) if moved else a)
+    return sorted(after, key=lambda a: -a.gain)
 
 
 def confused_with(done: Sequence[Attempt], effects: Sequence[Effect]) -> list[Effect]:

@@ -13,6 +13,7 @@ from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.terms import Named, Term, at_rest
+from drill_env.effects import Effect
 from drill_env.identification.coordinates import inverse
 
 _PROBINGS = 2
@@ -42,9 +43,24 @@ def within_filter(setting: Setting, fit: Fit, report: Callable[[str], None]) -> 
 
 
 def moved_in(setting: Setting, fit: Fit) -> Fit:
-    """The same numbers with such effects at the filter's own state; the fit itself without one."""
-    terms = tuple(_moved_in(term) for term in fit.terms)
-    if all(at_rest(a) == at_rest(b) for a, b in zip(terms, fit.terms, strict=True)):
+    """The same numbers with effects at the filter's own state; the fit itself where none is.
+
+    A gear always, since along a smoothed motion its numbers come out wrong. A friction where the
+    recordings are more likely so: along that motion it has no say in when a disc rests.
+    """
+    inside = _within(setting, fit, lambda effect: effect.refined_within)
+    held = _within(setting, inside, lambda effect: effect.holds)
+    return held if held.value < inside.value else inside
+
+
+def _within(setting: Setting, fit: Fit, which: Callable[[Effect], bool]) -> Fit:
+    terms = tuple(
+        Term(replace(t.source, within=True), t.q)
+        if isinstance(t.source, Named) and which(t.source.effect) and not at_rest(t)
+        else t
+        for t in fit.terms
+    )
+    if terms == fit.terms:
         return fit
     return evaluate(setting, fit.vector, terms, fit.noise, fit.starts, fit.motions)
 
@@ -75,10 +91,3 @@ def _with_steps(term: Term, deviation: FloatArray) -> Term:
     usual = 1e4 * source.steps(term.q)
     steps = np.clip(deviation, _NEAREST * usual, _FURTHEST * usual)
     return Term(replace(source, probe=tuple(steps.tolist())), term.q)
-
-
-def _moved_in(term: Term) -> Term:
-    source = term.source
-    if isinstance(source, Named) and source.effect.refined_within:
-        return Term(replace(source, within=True), term.q)
-    return term

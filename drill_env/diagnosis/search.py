@@ -15,6 +15,7 @@ from drill_env.diagnosis.attempts import (
     confused_with,
     heated,
     restated,
+    settled_within,
     tightened,
     with_resonances_retuned,
 )
@@ -80,10 +81,9 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
         report(f"trying {start.terms[-1].id}")
         done.append(carried_on(setting, fit, start, FIRST_ROUNDS))
     done = heated(setting, fit, done, TORQUES if noise else SIZES)
-    for effect in peaked if _left_unusual(setting, fit, done) else confused_with(done, peaked):
-        report(f"trying {effect.id}")
-        found = descended(linearised, effect, done)
-        done += [found] if found else []
+    done = settled_within(setting, fit, done, TORQUES if noise else SIZES)
+    asked = peaked if _left_unusual(setting, fit, done) else confused_with(done, peaked)
+    done = descended(linearised, asked, done, report)
     done = with_resonances_retuned(setting, fit, done)
     if noise and _left_unusual(setting, fit, done):
         report("trying with the usual noise")

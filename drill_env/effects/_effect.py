@@ -149,6 +149,11 @@ class Effect:
         return reads(self.kernel, "t", "dwell_l")
 
     @property
+    def holds(self) -> bool:
+        """Whether it changes the friction, and so what a disc at rest withstands."""
+        return reads(self.kernel, "size_u", "size_l", "scale_u", "scale_l")
+
+    @property
     def code(self) -> int:
         """What the compiled code calls it by, in this process."""
         return self.kernel.address

@@ -156,8 +156,12 @@ def missing_text(
     short = [f.lower() for f in found if len(f) < 60]
     near = difflib.get_close_matches(one.lower(), short, n=1, cutoff=0.7)
     guess = next((f for f in found if near and f.lower() == near[0]), "COLUMN")
+    current = next((f for f in found if "current" in f.lower()), "CURRENT")
     torque = (
-        " (or --map torque=COLUMN, a measured torque, or --map u=0, no drive)" if one == "u" else ""
+        f" (or --map torque=COLUMN, a measured torque, --map torque={printable(current, 60)}:0.05, "
+        "a current times the torque constant, Nm/A, or --map u=0, no drive)"
+        if one == "u"
+        else ""
     )
     return (
         f"{source}: no column {' and '.join(channels)}; found: {listed([*found, *others])}. "
