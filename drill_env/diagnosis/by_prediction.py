@@ -17,6 +17,7 @@ from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.result import (
     DiagnosisResult,
 )
+from drill_env.effects.along import Motion
 from drill_env.identification.drive import torque_driven, with_known_scale
 from drill_env.identification.equation_error import with_integrals
 from drill_env.identification.samples import Samples, prepare
@@ -25,6 +26,7 @@ from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.cut import cut, leads_of, upper_axis
 from drill_env.prediction.decide import Choice, explained
 from drill_env.prediction.fit import Fit
+from drill_env.prediction.motion import motion_as_read
 from drill_env.prediction.offer import candidates_for, free_names
 from drill_env.prediction.search import Fold, folds_of
 from drill_env.prediction.setting import Setting
@@ -89,13 +91,14 @@ def diagnose_by_prediction(
         if rig.inertias == 2:
             seen, unseen = _from_one_zero(seen, unseen, rig, fixed, options.doubt)
         amplifier = not torque_driven(recordings)
+        axis = upper_axis(rig)
+        read = tuple([(s, motion_as_read(s, axis)) for s in group] for group in (seen, unseen))
 
         def look(horizon: float) -> tuple[list[Choice], tuple[Fit, ...], Fold, FloatArray]:
             leads = leads_of(min((seen, unseen), key=_seconds), criteria, horizon)
             report(f"predicting {leads[-1]:.2g} s ahead")
-            folds = _folds(seen, unseen, rig, leads, fixed, options, criteria)
+            folds = _folds(read, rig, leads, fixed, options, criteria)
             motions = [c.windows.motion for c in folds[0].setting.cuts]
-            axis = upper_axis(rig)
             offered = candidates_for(
                 axis, motions, options.leave_out, amplifier=amplifier, pulled=rig.inertias == 2
             )
@@ -116,12 +119,12 @@ def diagnose_by_prediction(
 
 
 def _folds(
-    seen: Sequence[Samples], unseen: Sequence[Samples], rig: Rig, leads: FloatArray,
+    read: Sequence[Sequence[tuple[Samples, Motion]]], rig: Rig, leads: FloatArray,
     fixed: Mapping[str, float], options: DiagnosisOptions, criteria: Criteria,
 ) -> tuple[Fold, ...]:  # fmt: skip
     pulled = rig.inertias == 2
     cuts, other = (
-        tuple(cut(s, rig, leads, pulled=pulled) for s in group) for group in (seen, unseen)
+        tuple(cut(s, motion, rig, leads, pulled=pulled) for s, motion in group) for group in read
     )
     free = free_names(rig, fixed, pulled=pulled)
     return folds_of(Setting(rig, free, options.doubt, cuts, criteria), other)

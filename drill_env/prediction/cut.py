@@ -9,12 +9,12 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
+from drill_env.effects.along import Motion
 from drill_env.identification.samples import Samples
 from drill_env.integrator.windows import Windows
 from drill_env.parameters import Rig
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.likelihood import FAR
-from drill_env.prediction.motion import motion_as_read
 
 # A start needs readings on both sides for its speed, s.
 _MARGIN = 0.06
@@ -117,11 +117,14 @@ def leads_of(samples: Sequence[Samples], criteria: Criteria, horizon: float) -> 
     return np.array(leads)
 
 
-def cut(samples: Samples, rig: Rig, leads: FloatArray, *, pulled: bool = False) -> Cut:
+def cut(
+    samples: Samples, motion: Motion, rig: Rig, leads: FloatArray, *, pulled: bool = False
+) -> Cut:
     """Cut a recording into windows side by side, none across a gap.
 
     Args:
         samples: of the recording.
+        motion: as it is read, see `motion_as_read`.
         rig: whose discs are predicted.
         leads: times ahead, s.
         pulled: whether the upper disc alone is predicted, on a string whose other end was measured.
@@ -130,9 +133,7 @@ def cut(samples: Samples, rig: Rig, leads: FloatArray, *, pulled: bool = False) 
         InputError: a disc's angle is missing.
     """
     lower = samples.angles[:, 1] if pulled else None
-    rig = upper_axis(rig) if pulled else rig
-    motion = motion_as_read(samples, rig)
-    t, channels = samples.t, rig.inertias
+    t, channels = samples.t, 1 if pulled else rig.inertias
     starts, rows = [], []
     edges = [*samples.restarts.tolist(), len(t)]
     for a, b in zip(edges, edges[1:], strict=False):

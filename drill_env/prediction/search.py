@@ -84,7 +84,9 @@ def searched(
     }
     old = [b.judged(fold.unseen) for b, fold in zip(before, folds, strict=True)]
     tried: dict[bool, list[Tried]] = {True: [], False: []}
-    order = sorted((c for c in candidates if c.id in gains), key=lambda c: -gains[c.id])
+    # Noise alone gives half a nat for each number in each fold: no more is worth no fit.
+    worth = (c for c in candidates if gains.get(c.id, 0.0) > 0.5 * len(folds) * c.size)
+    order = sorted(worth, key=lambda c: -gains[c.id])
     for named, most in ((True, _NAMES), (False, _SHAPES)):
         for candidate in [c for c in order if (c.effect is not None) == named][:most]:
             report(f"trying {candidate.id}")
