@@ -7,7 +7,7 @@ zero before the event is located.
 
 from math import exp, inf
 
-from drill_env._jit import entry, inlined, kernel
+from drill_env._jit import entry, fma, inlined, kernel
 from drill_env.friction._tanh_half import tanh_half
 from drill_env.parameters.record import BETA1, BETA2, BL, HUMPED, STRIBECK, T1, T2, TSL
 
@@ -25,7 +25,7 @@ def shares(p, speed):
 @inlined
 def sliding_of(p, speed, s1, s2):
     """Lower-disc sliding torque T_l (Nm) from its shares, equation (7) or its alternatives."""
-    return p.Tsl + p.bl * speed + p.T1 * s1 + p.T2 * s2
+    return fma(p.T1, s1, fma(p.bl, speed, p.Tsl)) + p.T2 * s2
 
 
 @inlined
@@ -97,7 +97,7 @@ def fill_clamp(p):
 @inlined
 def upper_sliding(p, sign, omega):
     """Signed upper friction torque T_fu (Nm) while slipping in direction `sign`, (5)."""
-    return sign * p.Tsu + p.dTsu + (p.bu + sign * p.dbu) * omega
+    return fma(p.bu + sign * p.dbu, omega, sign * p.Tsu + p.dTsu)
 
 
 @entry
