@@ -261,6 +261,29 @@ def placed(kind: Any) -> Any:
 number_at, whole_at = placed("f8"), placed("i8")
 
 
+@intrinsic
+def _fma(context: Any, a: Any, b: Any, c: Any) -> Any:
+    def generate(context: Any, builder: Any, kind: Any, values: Any) -> Any:
+        return builder.fma(*values)
+
+    return types.float64(types.float64, types.float64, types.float64), generate
+
+
+@intrinsic
+def _bits_of(context: Any, number: Any) -> Any:
+    def generate(context: Any, builder: Any, kind: Any, values: Any) -> Any:
+        return builder.bitcast(values[0], cgutils.intp_t)
+
+    return types.int64(types.float64), generate
+
+
+fma: Any = _fma
+"""For kernels: `fma(a, b, c)`, a b + c rounded once, whatever it is compiled with."""
+
+bits_of: Any = _bits_of
+"""For kernels: the bits of a number as an integer."""
+
+
 def _storing(kind: Any) -> Any:
     @intrinsic
     def store(context: Any, address: Any, i: Any, value: Any) -> Any:

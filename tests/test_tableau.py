@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 from scipy.integrate import DOP853, RK23, RK45
 
-from drill_env.integrator import _bs23, _dop853, _dopri5
+from drill_env._jit import entry
+from drill_env.integrator import _bs23, _dopri5
+from drill_env.integrator.prepared import Prepared
+from drill_env.integrator.records import RUN, new_work
+from drill_env.integrator.signatures import call_step
 from drill_env.integrator.tableau import tableau
+from drill_env.parameters import Rig
 
 
 def constants(module: object, name: str, rows: int, columns: int) -> np.ndarray:
@@ -18,10 +23,31 @@ def constants(module: object, name: str, rows: int, columns: int) -> np.ndarray:
     return found
 
 
-def test_dop853() -> None:
-    weights = constants(_dop853, "A{i}_{j}", 13, 12)
-    np.testing.assert_array_equal(weights[:12], DOP853.A)
-    np.testing.assert_array_equal(weights[12], DOP853.B)
+@entry
+def take_step(p, run, work, tab, h):
+    call_step(tab.step, p, run, work, tab, h)
+
+
+@pytest.mark.parametrize(("name", "source"), [("dop853", DOP853), ("dopri5", RK45), ("bs23", RK23)])
+def test_unrolled_stages(name: str, source: type[DOP853] | type[RK45] | type[RK23]) -> None:
+    """Each stage is the one that the published coefficients make of the rates before it."""
+    prepared, work, run = Prepared(Rig(), name), new_work(1e-9, 1e-11), np.zeros(1, dtype=RUN)
+    run["mode"], work["coefficients"], work["piece"], h, n = (
+        (1, 1, 0),
+        1,
+        3.5,
+        0.05,
+        source.n_stages,
+    )
+    work["ys"][0, 0], work["k"][0, 0] = (3.0, 2.5, 0.4, 1.0), (2.1, 0.3, -4.0, 0.4)
+    take_step(prepared.p[0], run[0], work[0], prepared.pair[0], h)
+    states, rates = work["ys"][0], work["k"][0]
+    for i, row in enumerate([*source.A[1:, :], source.B], start=1):
+        used = row[:i]
+        np.testing.assert_allclose(
+            states[i, :3], states[0, :3] + h * used @ rates[:i, :3], rtol=1e-14, err_msg=str(i)
+        )
+    assert states[n, 3] == pytest.approx(states[0, 3] + h * source.B @ rates[:n, 3], rel=1e-14)
 
 
 @pytest.mark.parametrize(("pair", "source"), [(_dopri5, RK45), (_bs23, RK23)])

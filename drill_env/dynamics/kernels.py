@@ -6,7 +6,7 @@ Mode: (upper, lower) slip directions -1, 0 (stuck), 1, and the speed range of th
 0 but where the identification estimates them.
 """
 
-from drill_env._jit import entry, inlined, kernel
+from drill_env._jit import entry, fma, inlined, kernel
 from drill_env.friction.kernels import (
     gradient_of,
     lower_slope,
@@ -34,7 +34,8 @@ def upper_rate(p, upper, twist, omega_u, u):
     """Upper-disc acceleration (rad/s^2) in slip direction `upper`, 0 when stuck."""
     if upper == 0:
         return 0.0
-    return (p.km * u + p.load_u - p.ktheta * twist - upper_sliding(p, upper, omega_u)) * p.per_Ju
+    drive = (p.km * u + p.load_u - p.ktheta * twist) * p.per_Ju
+    return fma(-p.per_Ju, upper_sliding(p, upper, omega_u), drive)
 
 
 @inlined
@@ -60,7 +61,8 @@ def lower_rate_with(p, lower, clamped, twist, omega_l):
     if clamped != 1:
         s1, s2 = shares(p, lower * omega_l)
         torque = sliding_of(p, lower * omega_l, s1, s2)
-    return (p.ktheta * twist + p.load_l - lower * torque) * p.per_Jl, s1, s2
+    drive = (p.ktheta * twist + p.load_l) * p.per_Jl
+    return fma(-lower * p.per_Jl, torque, drive), s1, s2
 
 
 @inlined

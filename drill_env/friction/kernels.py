@@ -7,7 +7,8 @@ zero before the event is located.
 
 from math import exp, inf
 
-from drill_env._jit import entry, inlined, kernel
+from drill_env._jit import entry, fma, inlined, kernel
+from drill_env.friction._tanh_half import tanh_half
 from drill_env.parameters.record import BETA1, BETA2, BL, HUMPED, STRIBECK, T1, T2, TSL
 
 
@@ -15,16 +16,7 @@ from drill_env.parameters.record import BETA1, BETA2, BL, HUMPED, STRIBECK, T1, 
 def shares(p, speed):
     """What the two bent terms of a law have reached, from 0 at rest to 1; all else follows."""
     if p.law == HUMPED:
-        z1, z2 = p.beta1 * speed, p.beta2 * speed
-        if z1 > 40.0:
-            # The first term equals its limit to the last bit: save its exponential.
-            e2 = exp(-z2)
-            return 1.0, (1.0 - e2) / (1.0 + e2)
-        # Beyond this both are at their limits, and the exponentials' product would overflow.
-        e1, e2 = exp(-max(z1, -300.0)), exp(-max(z2, -300.0))
-        # One division instead of two.
-        scale = 1.0 / ((1.0 + e1) * (1.0 + e2))
-        return (1.0 - e1) * (1.0 + e2) * scale, (1.0 - e2) * (1.0 + e1) * scale
+        return tanh_half(p.beta1 * speed), tanh_half(p.beta2 * speed)
     if p.law == STRIBECK:
         return 1.0 - exp(-p.beta1 * speed), 0.0
     return 0.0, 0.0
@@ -33,7 +25,7 @@ def shares(p, speed):
 @inlined
 def sliding_of(p, speed, s1, s2):
     """Lower-disc sliding torque T_l (Nm) from its shares, equation (7) or its alternatives."""
-    return p.Tsl + p.bl * speed + p.T1 * s1 + p.T2 * s2
+    return fma(p.T1, s1, fma(p.bl, speed, p.Tsl)) + p.T2 * s2
 
 
 @inlined
@@ -105,7 +97,7 @@ def fill_clamp(p):
 @inlined
 def upper_sliding(p, sign, omega):
     """Signed upper friction torque T_fu (Nm) while slipping in direction `sign`, (5)."""
-    return sign * p.Tsu + p.dTsu + (p.bu + sign * p.dbu) * omega
+    return fma(p.bu + sign * p.dbu, omega, sign * p.Tsu + p.dTsu)
 
 
 @entry

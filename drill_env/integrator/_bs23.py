@@ -6,7 +6,7 @@ The filter integrates from sample to sample; a higher order buys it digits below
 from numba import int64
 
 from drill_env._jit import inlined, kernel, unit
-from drill_env.integrator._stage import fill_forces, keep_stage
+from drill_env.integrator._stage import along, fill_forces, keep_stage
 from drill_env.integrator.records import N_STATE
 from drill_env.integrator.signatures import FILL
 
@@ -26,37 +26,12 @@ P31, P32 = -1.0, 1.0
 def bs23_stages(p, run, work, tab, h, us):
     """Fill stages 1 to 3 of a step of `h` s; `us` holds their voltages."""
     ys, k = work.ys, work.k
-    x, v, w = ys[0, 0], ys[0, 1], ys[0, 2]
-    x0, v0, w0 = k[0, 0], k[0, 1], k[0, 2]
-    x1, v1, w1 = keep_stage(
-        p,
-        run,
-        work,
-        tab,
-        h,
-        int64(1),
-        x + h * (A10 * x0),
-        v + h * (A10 * v0),
-        w + h * (A10 * w0),
-        us[0],
-    )
-    x2, v2, w2 = keep_stage(
-        p,
-        run,
-        work,
-        tab,
-        h,
-        int64(2),
-        x + h * (A21 * x1),
-        v + h * (A21 * v1),
-        w + h * (A21 * w1),
-        us[1],
-    )
+    y, k0 = (ys[0, 0], ys[0, 1], ys[0, 2]), (k[0, 0], k[0, 1], k[0, 2])
+    k1 = keep_stage(p, run, work, tab, h, int64(1), along(y, h, (A10,), (k0,)), us[0])
+    k2 = keep_stage(p, run, work, tab, h, int64(2), along(y, h, (A21,), (k1,)), us[1])
     ys[STAGES, 3] = ys[0, 3] + h * (B0 * k[0, 3] + B1 * k[1, 3] + B2 * k[2, 3])
-    keep_stage(
-        p, run, work, tab, h, int64(STAGES), x + h * (B0 * x0 + B1 * x1 + B2 * x2),
-        v + h * (B0 * v0 + B1 * v1 + B2 * v2), w + h * (B0 * w0 + B1 * w1 + B2 * w2), us[2],
-    )  # fmt: skip
+    end = along(y, h, (B0, B1, B2), (k0, k1, k2))
+    keep_stage(p, run, work, tab, h, int64(STAGES), end, us[2])
 
 
 @inlined

@@ -1,172 +1,50 @@
-"""Compiled DOP853 step: the loops of `_step`, unrolled with literal coefficients.
-
-The numbers are those of SciPy's `DOP853.A` and `DOP853.B`; a test holds them together.
-"""
+"""Compiled DOP853 step, its stages unrolled: the coefficients are SciPy's, without the zeros."""
 
 from numba import int64
+from scipy.integrate import DOP853
 
 from drill_env._jit import kernel
-from drill_env.integrator._stage import keep_stage
+from drill_env.integrator._stage import along, keep_stage
 
 LAST = 12
 # After the start's, the first stage that the solution, its error or its dense output read.
 FIRST_USED = 5
 
-A1_0 = 0.05260015195876773
-A2_0 = 0.0197250569845379
-A2_1 = 0.0591751709536137
-A3_0 = 0.02958758547680685
-A3_2 = 0.08876275643042054
-A4_0 = 0.2413651341592667
-A4_2 = -0.8845494793282861
-A4_3 = 0.924834003261792
-A5_0 = 0.037037037037037035
-A5_3 = 0.17082860872947386
-A5_4 = 0.12546768756682242
-A6_0 = 0.037109375
-A6_3 = 0.17025221101954405
-A6_4 = 0.06021653898045596
-A6_5 = -0.017578125
-A7_0 = 0.03709200011850479
-A7_3 = 0.17038392571223998
-A7_4 = 0.10726203044637328
-A7_5 = -0.015319437748624402
-A7_6 = 0.008273789163814023
-A8_0 = 0.6241109587160757
-A8_3 = -3.3608926294469414
-A8_4 = -0.868219346841726
-A8_5 = 27.59209969944671
-A8_6 = 20.154067550477894
-A8_7 = -43.48988418106996
-A9_0 = 0.47766253643826434
-A9_3 = -2.4881146199716677
-A9_4 = -0.590290826836843
-A9_5 = 21.230051448181193
-A9_6 = 15.279233632882423
-A9_7 = -33.28821096898486
-A9_8 = -0.020331201708508627
-A10_0 = -0.9371424300859873
-A10_3 = 5.186372428844064
-A10_4 = 1.0914373489967295
-A10_5 = -8.149787010746927
-A10_6 = -18.52006565999696
-A10_7 = 22.739487099350505
-A10_8 = 2.4936055526796523
-A10_9 = -3.0467644718982196
-A11_0 = 2.273310147516538
-A11_3 = -10.53449546673725
-A11_4 = -2.0008720582248625
-A11_5 = -17.9589318631188
-A11_6 = 27.94888452941996
-A11_7 = -2.8589982771350235
-A11_8 = -8.87285693353063
-A11_9 = 12.360567175794303
-A11_10 = 0.6433927460157636
-A12_0 = 0.054293734116568765
-A12_5 = 4.450312892752409
-A12_6 = 1.8915178993145003
-A12_7 = -5.801203960010585
-A12_8 = 0.3111643669578199
-A12_9 = -0.1521609496625161
-A12_10 = 0.20136540080403034
-A12_11 = 0.04471061572777259
+A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, A11, B = (
+    tuple(float(weight) for weight in row if weight != 0.0) for row in (*DOP853.A[1:], DOP853.B)
+)
 
 
 @kernel
 def dop853_stages(p, run, work, tab, h, us):
     """Fill stages 1 to 12 of a step of `h` s; `us` holds their voltages."""
     ys, k = work.ys, work.k
-    x, v, w = ys[0, 0], ys[0, 1], ys[0, 2]
-    x0, v0, w0 = k[0, 0], k[0, 1], k[0, 2]
-    x1, v1, w1 = keep_stage(
-        p, run, work, tab, h, int64(1),
-        x + h * (A1_0 * x0),
-        v + h * (A1_0 * v0),
-        w + h * (A1_0 * w0), us[0],
-    )  # fmt: skip
-    x2, v2, w2 = keep_stage(
-        p, run, work, tab, h, int64(2),
-        x + h * (A2_0 * x0 + A2_1 * x1),
-        v + h * (A2_0 * v0 + A2_1 * v1),
-        w + h * (A2_0 * w0 + A2_1 * w1), us[1],
-    )  # fmt: skip
-    x3, v3, w3 = keep_stage(
-        p, run, work, tab, h, int64(3),
-        x + h * (A3_0 * x0 + A3_2 * x2),
-        v + h * (A3_0 * v0 + A3_2 * v2),
-        w + h * (A3_0 * w0 + A3_2 * w2), us[2],
-    )  # fmt: skip
-    x4, v4, w4 = keep_stage(
-        p, run, work, tab, h, int64(4),
-        x + h * (A4_0 * x0 + A4_2 * x2 + A4_3 * x3),
-        v + h * (A4_0 * v0 + A4_2 * v2 + A4_3 * v3),
-        w + h * (A4_0 * w0 + A4_2 * w2 + A4_3 * w3), us[3],
-    )  # fmt: skip
-    x5, v5, w5 = keep_stage(
-        p, run, work, tab, h, int64(5),
-        x + h * (A5_0 * x0 + A5_3 * x3 + A5_4 * x4),
-        v + h * (A5_0 * v0 + A5_3 * v3 + A5_4 * v4),
-        w + h * (A5_0 * w0 + A5_3 * w3 + A5_4 * w4), us[4],
-    )  # fmt: skip
-    x6, v6, w6 = keep_stage(
-        p, run, work, tab, h, int64(6),
-        x + h * (A6_0 * x0 + A6_3 * x3 + A6_4 * x4 + A6_5 * x5),
-        v + h * (A6_0 * v0 + A6_3 * v3 + A6_4 * v4 + A6_5 * v5),
-        w + h * (A6_0 * w0 + A6_3 * w3 + A6_4 * w4 + A6_5 * w5), us[5],
-    )  # fmt: skip
-    x7, v7, w7 = keep_stage(
-        p, run, work, tab, h, int64(7),
-        x + h * (A7_0 * x0 + A7_3 * x3 + A7_4 * x4 + A7_5 * x5 + A7_6 * x6),
-        v + h * (A7_0 * v0 + A7_3 * v3 + A7_4 * v4 + A7_5 * v5 + A7_6 * v6),
-        w + h * (A7_0 * w0 + A7_3 * w3 + A7_4 * w4 + A7_5 * w5 + A7_6 * w6), us[6],
-    )  # fmt: skip
-    x8, v8, w8 = keep_stage(
-        p, run, work, tab, h, int64(8),
-        x + h * (A8_0 * x0 + A8_3 * x3 + A8_4 * x4 + A8_5 * x5 + A8_6 * x6 + A8_7 * x7),
-        v + h * (A8_0 * v0 + A8_3 * v3 + A8_4 * v4 + A8_5 * v5 + A8_6 * v6 + A8_7 * v7),
-        w + h * (A8_0 * w0 + A8_3 * w3 + A8_4 * w4 + A8_5 * w5 + A8_6 * w6 + A8_7 * w7), us[7],
-    )  # fmt: skip
-    x9, v9, w9 = keep_stage(
-        p, run, work, tab, h, int64(9),
-        x + h * (A9_0 * x0 + A9_3 * x3 + A9_4 * x4 + A9_5 * x5 + A9_6 * x6 + A9_7 * x7 + A9_8 * x8),
-        v + h * (A9_0 * v0 + A9_3 * v3 + A9_4 * v4 + A9_5 * v5 + A9_6 * v6 + A9_7 * v7 + A9_8 * v8),
-        w + h * (A9_0 * w0 + A9_3 * w3 + A9_4 * w4 + A9_5 * w5 + A9_6 * w6 + A9_7 * w7 + A9_8 * w8),
-        us[8],
-    )  # fmt: skip
-    x10, v10, w10 = keep_stage(
-        p, run, work, tab, h, int64(10),
-        x + h * (A10_0 * x0 + A10_3 * x3 + A10_4 * x4 + A10_5 * x5 + A10_6 * x6 + A10_7 * x7
-        + A10_8 * x8 + A10_9 * x9),
-        v + h * (A10_0 * v0 + A10_3 * v3 + A10_4 * v4 + A10_5 * v5 + A10_6 * v6 + A10_7 * v7
-        + A10_8 * v8 + A10_9 * v9),
-        w + h * (A10_0 * w0 + A10_3 * w3 + A10_4 * w4 + A10_5 * w5 + A10_6 * w6 + A10_7 * w7
-        + A10_8 * w8 + A10_9 * w9), us[9],
-    )  # fmt: skip
-    x11, v11, w11 = keep_stage(
-        p, run, work, tab, h, int64(11),
-        x + h * (A11_0 * x0 + A11_3 * x3 + A11_4 * x4 + A11_5 * x5 + A11_6 * x6 + A11_7 * x7
-        + A11_8 * x8 + A11_9 * x9 + A11_10 * x10),
-        v + h * (A11_0 * v0 + A11_3 * v3 + A11_4 * v4 + A11_5 * v5 + A11_6 * v6 + A11_7 * v7
-        + A11_8 * v8 + A11_9 * v9 + A11_10 * v10),
-        w + h * (A11_0 * w0 + A11_3 * w3 + A11_4 * w4 + A11_5 * w5 + A11_6 * w6 + A11_7 * w7
-        + A11_8 * w8 + A11_9 * w9 + A11_10 * w10), us[10],
-    )  # fmt: skip
-    keep_stage(
-        p, run, work, tab, h, int64(LAST),
-        x + h * (A12_0 * x0 + A12_5 * x5 + A12_6 * x6 + A12_7 * x7 + A12_8 * x8 + A12_9 * x9
-        + A12_10 * x10 + A12_11 * x11),
-        v + h * (A12_0 * v0 + A12_5 * v5 + A12_6 * v6 + A12_7 * v7 + A12_8 * v8 + A12_9 * v9
-        + A12_10 * v10 + A12_11 * v11),
-        w + h * (A12_0 * w0 + A12_5 * w5 + A12_6 * w6 + A12_7 * w7 + A12_8 * w8 + A12_9 * w9
-        + A12_10 * w10 + A12_11 * w11), us[11],
-    )  # fmt: skip
-    ys[LAST, 3] = ys[0, 3] + h * (
-        A12_0 * k[0, 3]
-        + A12_5 * k[5, 3]
-        + A12_6 * k[6, 3]
-        + A12_7 * k[7, 3]
-        + A12_8 * k[8, 3]
-        + A12_9 * k[9, 3]
-        + A12_10 * k[10, 3]
-        + A12_11 * k[11, 3]
-    )
+    y, k0 = (ys[0, 0], ys[0, 1], ys[0, 2]), (k[0, 0], k[0, 1], k[0, 2])
+    end = along(y, h, A1, (k0,))
+    k1 = keep_stage(p, run, work, tab, h, int64(1), end, us[0])
+    end = along(y, h, A2, (k0, k1))
+    k2 = keep_stage(p, run, work, tab, h, int64(2), end, us[1])
+    end = along(y, h, A3, (k0, k2))
+    k3 = keep_stage(p, run, work, tab, h, int64(3), end, us[2])
+    end = along(y, h, A4, (k0, k2, k3))
+    k4 = keep_stage(p, run, work, tab, h, int64(4), end, us[3])
+    end = along(y, h, A5, (k0, k3, k4))
+    k5 = keep_stage(p, run, work, tab, h, int64(5), end, us[4])
+    end = along(y, h, A6, (k0, k3, k4, k5))
+    k6 = keep_stage(p, run, work, tab, h, int64(6), end, us[5])
+    end = along(y, h, A7, (k0, k3, k4, k5, k6))
+    k7 = keep_stage(p, run, work, tab, h, int64(7), end, us[6])
+    end = along(y, h, A8, (k0, k3, k4, k5, k6, k7))
+    k8 = keep_stage(p, run, work, tab, h, int64(8), end, us[7])
+    end = along(y, h, A9, (k0, k3, k4, k5, k6, k7, k8))
+    k9 = keep_stage(p, run, work, tab, h, int64(9), end, us[8])
+    end = along(y, h, A10, (k0, k3, k4, k5, k6, k7, k8, k9))
+    k10 = keep_stage(p, run, work, tab, h, int64(10), end, us[9])
+    end = along(y, h, A11, (k0, k3, k4, k5, k6, k7, k8, k9, k10))
+    k11 = keep_stage(p, run, work, tab, h, int64(11), end, us[10])
+    end = along(y, h, B, (k0, k5, k6, k7, k8, k9, k10, k11))
+    keep_stage(p, run, work, tab, h, int64(LAST), end, us[11])
+    angle = B[0] * k[0, 3]
+    for j in range(1, len(B)):
+        angle += B[j] * k[FIRST_USED - 1 + j, 3]
+    ys[LAST, 3] = ys[0, 3] + h * angle

@@ -7,7 +7,7 @@ coefficient from memory.
 from numba import int64
 
 from drill_env._jit import inlined, kernel
-from drill_env.integrator._stage import keep_stage
+from drill_env.integrator._stage import along, keep_stage
 from drill_env.integrator.records import N_STATE
 
 LAST = 6
@@ -33,49 +33,22 @@ P61, P62, P63 = 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423
 def dopri5_stages(p, run, work, tab, h, us):
     """Fill stages 1 to 6 of a step of `h` s; `us` holds their voltages."""
     ys, k = work.ys, work.k
-    x, v, w = ys[0, 0], ys[0, 1], ys[0, 2]
-    x0, v0, w0 = k[0, 0], k[0, 1], k[0, 2]
-    x1, v1, w1 = keep_stage(
-        p,
-        run,
-        work,
-        tab,
-        h,
-        int64(1),
-        x + h * (A10 * x0),
-        v + h * (A10 * v0),
-        w + h * (A10 * w0),
-        us[0],
-    )
-    x2, v2, w2 = keep_stage(
-        p, run, work, tab, h, int64(2), x + h * (A20 * x0 + A21 * x1),
-        v + h * (A20 * v0 + A21 * v1),
-        w + h * (A20 * w0 + A21 * w1), us[1],
-    )  # fmt: skip
-    x3, v3, w3 = keep_stage(
-        p, run, work, tab, h, int64(3), x + h * (A30 * x0 + A31 * x1 + A32 * x2),
-        v + h * (A30 * v0 + A31 * v1 + A32 * v2), w + h * (A30 * w0 + A31 * w1 + A32 * w2), us[2],
-    )  # fmt: skip
-    x4, v4, w4 = keep_stage(
-        p, run, work, tab, h, int64(4), x + h * (A40 * x0 + A41 * x1 + A42 * x2 + A43 * x3),
-        v + h * (A40 * v0 + A41 * v1 + A42 * v2 + A43 * v3),
-        w + h * (A40 * w0 + A41 * w1 + A42 * w2 + A43 * w3), us[3],
-    )  # fmt: skip
-    x5, v5, w5 = keep_stage(
-        p, run, work, tab, h, int64(5),
-        x + h * (A50 * x0 + A51 * x1 + A52 * x2 + A53 * x3 + A54 * x4),
-        v + h * (A50 * v0 + A51 * v1 + A52 * v2 + A53 * v3 + A54 * v4),
-        w + h * (A50 * w0 + A51 * w1 + A52 * w2 + A53 * w3 + A54 * w4), us[4],
-    )  # fmt: skip
+    y, k0 = (ys[0, 0], ys[0, 1], ys[0, 2]), (k[0, 0], k[0, 1], k[0, 2])
+    end = along(y, h, (A10,), (k0,))
+    k1 = keep_stage(p, run, work, tab, h, int64(1), end, us[0])
+    end = along(y, h, (A20, A21), (k0, k1))
+    k2 = keep_stage(p, run, work, tab, h, int64(2), end, us[1])
+    end = along(y, h, (A30, A31, A32), (k0, k1, k2))
+    k3 = keep_stage(p, run, work, tab, h, int64(3), end, us[2])
+    end = along(y, h, (A40, A41, A42, A43), (k0, k1, k2, k3))
+    k4 = keep_stage(p, run, work, tab, h, int64(4), end, us[3])
+    end = along(y, h, (A50, A51, A52, A53, A54), (k0, k1, k2, k3, k4))
+    k5 = keep_stage(p, run, work, tab, h, int64(5), end, us[4])
     ys[LAST, 3] = ys[0, 3] + h * (
         B0 * k[0, 3] + B2 * k[2, 3] + B3 * k[3, 3] + B4 * k[4, 3] + B5 * k[5, 3]
     )
-    keep_stage(
-        p, run, work, tab, h, int64(LAST),
-        x + h * (B0 * x0 + B2 * x2 + B3 * x3 + B4 * x4 + B5 * x5),
-        v + h * (B0 * v0 + B2 * v2 + B3 * v3 + B4 * v4 + B5 * v5),
-        w + h * (B0 * w0 + B2 * w2 + B3 * w3 + B4 * w4 + B5 * w5), us[4],
-    )  # fmt: skip
+    end = along(y, h, (B0, B2, B3, B4, B5), (k0, k2, k3, k4, k5))
+    keep_stage(p, run, work, tab, h, int64(LAST), end, us[4])
 
 
 @inlined

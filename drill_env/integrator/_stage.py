@@ -1,5 +1,10 @@
 """Compiled rates of one stage and forcing of its sensitivities, shared by the unrolled pairs."""
 
+from typing import Any
+
+from numba.core import types
+from numba.extending import intrinsic
+
 from drill_env._jit import inlined
 from drill_env.dynamics.kernels import (
     fill_linear,
@@ -13,10 +18,38 @@ from drill_env.integrator.records import FIRST_PARAMETER, LOAD_L, LOAD_U
 from drill_env.integrator.signatures import call_stage
 
 
+@intrinsic
+def _along(context: Any, y: Any, h: Any, weights: Any, rates: Any) -> Any:
+    # A stage waits for the rates before it alone: all else is summed while they are taken.
+    def generate(context: Any, builder: Any, kind: Any, values: Any) -> Any:
+        (y, h, weights, rates), take = values, builder.extract_value
+        newest = len(kind.args[2]) - 1
+        share, ends = builder.fmul(h, take(weights, newest)), []
+        for i in range(3):
+            end = take(y, i)
+            if newest > 0:
+                total = builder.fmul(take(weights, 0), take(rates, [0, i]))
+                for j in range(1, newest):
+                    total = builder.fma(take(weights, j), take(rates, [j, i]), total)
+                end = builder.fma(h, total, end)
+            ends.append(builder.fma(share, take(rates, [newest, i]), end))
+        return context.make_tuple(builder, kind.return_type, ends)
+
+    return types.UniTuple(types.float64, 3)(y, h, weights, rates), generate
+
+
+along: Any = _along
+"""For kernels: `along(y, h, weights, rates)`, y + h sum of weights times rates.
+
+States and rates are tuples of three as `keep_stage` has them, the newest rates last.
+"""
+
+
 @inlined
-def keep_stage(p, run, work, tab, h, i, x, v, w, u):
-    """Store state, rates and the lower law's shares of stage `i`; returns the rates."""
+def keep_stage(p, run, work, tab, h, i, y, u):
+    """Store state `y`, rates and the lower law's shares of stage `i`; returns the rates."""
     mode, ys, k, shares = run.mode, work.ys, work.k, work.shares
+    x, v, w = y
     ys[i, 0], ys[i, 1], ys[i, 2] = x, v, w
     if work.acting != 0:
         call_stage(tab.stage, p, run, work, tab, h, i, u)

@@ -11,7 +11,7 @@ from drill_env.integrator._stage import keep_stage
 def fill_rates(p, run, work, tab, h, stage, u):
     """Rates of one stage from its state."""
     ys = work.ys
-    keep_stage(p, run, work, tab, h, stage, ys[stage, 0], ys[stage, 1], ys[stage, 2], u)
+    keep_stage(p, run, work, tab, h, stage, (ys[stage, 0], ys[stage, 1], ys[stage, 2]), u)
 
 
 @inlined
