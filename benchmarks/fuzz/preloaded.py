@@ -138,12 +138,12 @@ def serve() -> dict[str, Any] | None:
     """Fork for each command asked for; a fork returns with its own, the process with None."""
     while line := _line(0):
         asked = json.loads(line)
-        if Path(asked["modules"]).exists():
-            _import(Path(asked["modules"]))
         pid = os.fork()
         if pid == 0:
             return asked
         _, ended = os.waitpid(pid, 0)
+        if Path(asked["modules"]).exists():
+            _import(Path(asked["modules"]))
         os.write(1, f"{os.waitstatus_to_exitcode(ended)}\n".encode())
     return None
 

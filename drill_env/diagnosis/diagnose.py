@@ -17,21 +17,14 @@ from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.evidence import Weighed, decided
 from drill_env.diagnosis.explained import that_explain
 from drill_env.diagnosis.faults import find_faults
-from drill_env.diagnosis.held_out import (
-    HORIZON,
-    Judged,
-    judge,
-    judged_channels,
-    rms,
-)
+from drill_env.diagnosis.follows import follow, only_if_they_follow
+from drill_env.diagnosis.held_out import HORIZON, Judged, judge, judged_channels, rms
 from drill_env.diagnosis.law import LawFit, law_fit
 from drill_env.diagnosis.noise_floor import errors_by_noise
 from drill_env.diagnosis.offered import free_parameters, offered_effects
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.predicted import with_predictions
-from drill_env.diagnosis.result import (
-    DiagnosisResult,
-)
+from drill_env.diagnosis.result import DiagnosisResult
 from drill_env.diagnosis.rounds import Found
 from drill_env.diagnosis.search import find
 from drill_env.diagnosis.unexplained_residual import with_residual_torque
@@ -201,14 +194,19 @@ def _held_out(
     found, table = decided(found, ready, Criteria())
     before = tuple(judge(s, setting, base) for s in ready)
     after = tuple(judge(s, found.setting, found.final) for s in ready)
-    if law and _far_further(before, after):
+    if law and (_far_further(before, after) or not follow(after)):
         return _held_out(plain, None, held, seed)
     drawn = errors_by_noise(ready, found.final, after, seed)
     named = found.final
-    found = that_explain(found, before, after, drawn, Criteria())
+    found = only_if_they_follow(found, before, after)
+    if found.follows:
+        found = that_explain(found, before, after, drawn, Criteria())
     if found.final is not named:
         after = tuple(judge(s, found.setting, found.final) for s in ready)
-    found = with_residual_torque(found, setting, base, law is not None, before, after, Criteria())
+    if found.follows:
+        found = with_residual_torque(
+            found, setting, base, law is not None, before, after, Criteria()
+        )
     if found.final is not named:
         after = tuple(judge(s, found.setting, found.final) for s in ready)
         drawn = errors_by_noise(ready, found.final, after, seed)
