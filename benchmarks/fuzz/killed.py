@@ -15,15 +15,15 @@ import subprocess
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
 
-from benchmarks.fuzz.left import broken, contents, go_on, interrupted, leftovers
+from benchmarks.fuzz.left import all_since, broken, contents, go_on, interrupted, leftovers
 from benchmarks.fuzz.preloaded import Preloaded, Process
 from benchmarks.fuzz.works import ROOT, WORKS, Work, recordings
 from drill_env._files import make_folder
@@ -75,6 +75,7 @@ class Trial:
         tally: what came of it.
         begin: begins a command, given its folder and its log.
         begun: seconds after which an interrupt is the package's own.
+        wanted: what a whole run leaves, by name.
     """
 
     work: Work
@@ -83,6 +84,7 @@ class Trial:
     tally: Tally = field(default_factory=Tally)
     begin: Begin = cold
     begun: float = BEGUN
+    wanted: Mapping[str, bytes] = field(default_factory=dict)
 
     def start(self, out: Path, *more: str) -> Process:
         """Begin it."""
@@ -107,7 +109,7 @@ def finish(trial: Trial, out: Path, *more: str) -> float:
 def kill(trial: Trial, moment: float, number: signal.Signals, whole: bool) -> None:
     """Run the command and end it after so many seconds, alone or with its whole group."""
     out, tally = trial.out, trial.tally
-    before = leftovers(out)
+    before, began = leftovers(out), time.time()
     process = trial.start(out)
     try:
         process.wait(timeout=moment)
@@ -134,11 +136,13 @@ def kill(trial: Trial, moment: float, number: signal.Signals, whole: bool) -> No
     tally.temporary += len(left)
     faults = broken(out)
     if number is not signal.SIGKILL and moment > trial.begun:
-        faults += interrupted(status, number, trial.said()) + [f"leaves {name}" for name in left]
+        late = number is signal.SIGINT or all_since(out, began, trial.wanted)
+        faults += interrupted(status, number, trial.said(), late=late)
+        faults += [f"leaves {name}" for name in left]
     tally.faults += [f"{told}: {fault}" for fault in faults]
 
 
-def repeat(trial: Trial, wanted: dict[str, bytes]) -> None:
+def repeat(trial: Trial) -> None:
     """Run again where kills have left what they left; the result must be as ever."""
     out, tally = trial.out, trial.tally
     tally.again += 1
@@ -152,7 +156,7 @@ def repeat(trial: Trial, wanted: dict[str, bytes]) -> None:
         tally.faults.append(f"run again: {error}")
         return
     found = contents(out)
-    for name, content in wanted.items():
+    for name, content in trial.wanted.items():
         if found.get(name) != content:
             tally.faults.append(f"run again: {name} differs")
 
@@ -178,16 +182,17 @@ def try_out(trial: Trial, kills: int, seed: int, every: int) -> Tally:
     """
     tally, rng = trial.tally, np.random.default_rng(seed)
     recordings(trial.inputs)
-    seconds, wanted = 2.0, {}
+    seconds = 2.0
     if not trial.work.endless:
         seconds, wanted = undisturbed(trial, trial.inputs.parent)
+        trial = replace(trial, wanted=wanted)
     for _ in range(2 * kills):
         moment = float(rng.uniform(0.2 * trial.begun, max(1.02 * seconds, trial.begun)))
         number = SIGNALS[tally.sent.total() % 3]
         kill(trial, moment, number, bool(rng.random() < 0.5))
         done = tally.sent.total()
-        if wanted and done // every > tally.again:
-            repeat(trial, wanted)
+        if trial.wanted and done // every > tally.again:
+            repeat(trial)
             shutil.rmtree(trial.out)
         if done == kills:
             break

@@ -5,10 +5,9 @@ from __future__ import annotations
 import gzip
 import json
 import os
-import signal
 import time
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -80,11 +79,22 @@ def go_on(group: int) -> bool:
     return running(group)
 
 
-def interrupted(status: int, number: int, err: str) -> list[str]:
-    """What is wrong with how a command ended that was asked to end."""
-    # Python tells of a signal that it leaves to nobody; else all was done and it was ending.
-    late = status == -number == -signal.SIGINT
-    faults = [] if late or status in (128 + number, 0) else [f"exit status {status}"]
+def all_since(folder: Path, began: float, names: Iterable[str]) -> bool:
+    """Whether all of some files were written since then."""
+    return all((p := folder / n).is_file() and p.stat().st_mtime >= began for n in names)
+
+
+def interrupted(status: int, number: int, err: str, *, late: bool) -> list[str]:
+    """What is wrong with how a command ended that was asked to end.
+
+    Args:
+        status: exit status, negative for a signal that ended it.
+        number: of the signal.
+        err: its standard error.
+        late: whether all may have been done: while Python ends it leaves signals to the system.
+    """
+    ended = (128 + number, 0, *([-number] if late else []))
+    faults = [] if status in ended else [f"exit status {status}"]
     if "Traceback" in err or "Error" in err:
         faults.append(f"says {err[-600:]!r}")
     elif status == 130 and "interrupted" not in err and "go on" not in err:

@@ -11,6 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from drill_env._errors import InputError
 from drill_env.diagnosis.answer import Unseen, answer
+from drill_env.diagnosis.bounded import bounded
 from drill_env.diagnosis.by_prediction import PredictionDiagnosis, diagnose_by_prediction
 from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.declare import extended_rig
@@ -78,7 +79,8 @@ def diagnose(
     """Find what a rig's model leaves out of recordings, and show that it was missing.
 
     Args:
-        recordings: with u and theta_u or theta_l, or velocities, to fit.
+        recordings: with u and theta_u or theta_l, or velocities, to fit; of long ones the first
+            rows are read, `drill_env.diagnosis.bounded.MOST_ROWS` of all.
         rig: where to start; its parameters are free but for Ju, the scale of torque, or for km
             where the drive is a measured torque: then km is 1. Its effects are part of it.
         holdout: recordings to judge on; without them the gain is that of the fit.
@@ -91,6 +93,7 @@ def diagnose(
     options = options or DiagnosisOptions()
     if not recordings:
         raise InputError("diagnose needs at least one recording to fit")
+    recordings, holdout = bounded(recordings, holdout)
     if rig.inertias == 1:
         return diagnose_by_prediction(recordings, rig, holdout, options, report)
     declared(rig)
