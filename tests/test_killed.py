@@ -76,6 +76,18 @@ def test_workers_end_with_who_started_them():
     assert not left.running(process.pid)
 
 
+def test_an_end_while_python_ends_is_silent():
+    code = (
+        "import atexit, os, signal, time; from drill_env._ending import end_tidily; end_tidily(); "
+        "atexit.register(lambda: (os.kill(os.getpid(), signal.SIGTERM), time.sleep(60)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], stderr=subprocess.PIPE, timeout=120, check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (-signal.SIGTERM, b"")
+
+
 def test_one_agent_or_the_other(tmp_path):
     """Policy and setting change together; an error in between leaves the former pair."""
     from drill_env.agents.policy import feature_setting, save_agent
