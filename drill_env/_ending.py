@@ -24,7 +24,10 @@ def end_tidily() -> None:
 
 def _unwind(number: int, _frame: Any) -> None:
     signal.signal(number, signal.SIG_DFL)
-    sys.exit(128 + number)
+    if threading.main_thread().is_alive():
+        sys.exit(128 + number)
+    # All is done and Python is ending: an exception in what it still calls would be a traceback.
+    signal.raise_signal(number)
 
 
 @functools.cache

@@ -25,7 +25,15 @@ from drill_env.environment.config import EnvConfig
 from drill_env.environment.env import DrillStringEnv
 from drill_env.identification.coordinates import Coordinates, inverse, solved
 from drill_env.parameters import dump_rig, load_rig
-from drill_env.recordings import apart, limits, parse_map, read_folder, read_recording
+from drill_env.recordings import (
+    apart,
+    limits,
+    parse_map,
+    parse_signal,
+    read_folder,
+    read_recording,
+    signal_samples,
+)
 
 ROOT = Path(drill_env.__file__).parents[1]
 
@@ -360,6 +368,24 @@ def test_rounding_makes_no_variance_negative():
 
 
 # -- output -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("steps --rate 1e308", "are inf samples; give 2 to"),
+        ("steps --dwell 1e-300", "longer --dwell or fewer --seconds"),
+        ("quasi-random --rate 1e-9 --seconds 1e15", "longer --dwell or fewer --seconds"),
+    ],
+)
+def test_a_signal_without_end_is_one_error(text, message):
+    with pytest.raises(InputError, match=message):
+        parse_signal(text)
+
+
+def test_a_level_held_longer_than_the_signal_is_one_level():
+    _, u = signal_samples(parse_signal("steps --dwell 1.7e308"))
+    assert np.ptp(u) == 0.0 and np.isfinite(u).all()
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")

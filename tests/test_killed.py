@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.fuzz import killed, places
-from benchmarks.fuzz.works import ROOT, WORKS
+from benchmarks.fuzz import killed, left, places
+from benchmarks.fuzz.works import ROOT
 from drill_env.agents import load
 from drill_env.recordings import read_folder
 
@@ -22,10 +22,10 @@ SEED = 20261125
 
 
 @pytest.mark.parametrize(("name", "kills"), [("writing", 6), ("compare", 3)])
-def test_killed_work_leaves_nothing_half_there_and_can_be_run_again(name, kills, tmp_path):
-    tally = killed.try_out(WORKS[name], kills, SEED, kills, tmp_path)
+def test_killed_work_leaves_nothing_half_there_and_can_be_run_again(name, kills):
+    tally = killed.tried(name, kills, SEED, kills, anew=False)
     assert not tally.faults, tally.faults
-    assert sum(tally.sent.values()) + tally.ended == kills
+    assert tally.sent.total() == kills
 
 
 def test_the_check_tells_a_file_that_is_half_there(tmp_path):
@@ -38,10 +38,10 @@ def test_the_check_tells_a_file_that_is_half_there(tmp_path):
         return [sys.executable, "-c", careless, str(out)]
 
     work = killed.Work("careless", argv, endless=True)
-    tally = killed.Tally()
-    (tmp_path / "in").mkdir()
-    killed.kill(work, tmp_path / "in", tmp_path / "out", 1.0, signal.SIGKILL, True, tally)
-    assert any("half there" in fault for fault in tally.faults)
+    trial = killed.Trial(work, tmp_path / "in", tmp_path / "out")
+    trial.inputs.mkdir()
+    killed.kill(trial, 1.0, signal.SIGKILL, True)
+    assert any("half there" in fault for fault in trial.tally.faults)
 
 
 @pytest.mark.filterwarnings("ignore::drill_env.recordings.RecordingWarning")
@@ -71,9 +71,21 @@ def test_workers_end_with_who_started_them():
     process.kill()
     process.wait()
     until = time.monotonic() + 20.0
-    while killed.running(process.pid) and time.monotonic() < until:
+    while left.running(process.pid) and time.monotonic() < until:
         time.sleep(0.1)
-    assert not killed.running(process.pid)
+    assert not left.running(process.pid)
+
+
+def test_an_end_while_python_ends_is_silent():
+    code = (
+        "import atexit, os, signal, time; from drill_env._ending import end_tidily; end_tidily(); "
+        "atexit.register(lambda: (os.kill(os.getpid(), signal.SIGTERM), time.sleep(60)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], stderr=subprocess.PIPE, timeout=120, check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (-signal.SIGTERM, b"")
 
 
 def test_one_agent_or_the_other(tmp_path):

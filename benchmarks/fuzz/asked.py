@@ -18,7 +18,7 @@ from benchmarks.fuzz.judge import Harness
 from drill_env import InputError
 from drill_env.environment.config import EnvConfig
 from drill_env.environment.env import DrillStringEnv
-from drill_env.recordings import parse_map, parse_signal
+from drill_env.recordings import parse_map, parse_signal, signal_samples
 
 OPTIONS = tuple(item.name for item in dataclasses.fields(EnvConfig))
 NESTED = (
@@ -144,6 +144,8 @@ def act(folder: Path, given: Any) -> None:
 
 ACTION = Harness("action", action, act, prepare=twins)
 
+MOST_SAMPLES = 1e5
+"""Of a signal that is made: more only takes longer."""
 PIECES = "t|u|=|:|ms|steps| --rate | --seed | --dwell |1|-".split("|")
 
 
@@ -159,11 +161,13 @@ def _piece(dice: Dice) -> str:
 
 
 def parse_lines(folder: Path, given: tuple[bool, str]) -> None:
-    """A column map or a signal as typed."""
+    """A column map or a signal as typed; a signal of few samples is made too."""
     if given[0]:
         parse_map([given[1]])
-    else:
-        parse_signal(given[1])
+        return
+    signal = parse_signal(given[1])
+    if max(signal.rate, 1.0 / (signal.dwell or 1.0)) * signal.seconds < MOST_SAMPLES:
+        assert np.isfinite(signal_samples(signal)[1]).all()
 
 
 LINES = Harness("lines", line, parse_lines)

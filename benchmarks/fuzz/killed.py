@@ -8,26 +8,23 @@ when nothing happens.
 
 from __future__ import annotations
 
-import gzip
-import json
 import os
 import shutil
 import signal
 import subprocess
 import tempfile
 import time
-import tomllib
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
-from zipfile import ZipFile
 
 import numpy as np
-import pandas as pd
 import typer
 
+from benchmarks.fuzz.left import all_since, broken, contents, go_on, interrupted, leftovers, outputs
+from benchmarks.fuzz.preloaded import Preloaded, Process
 from benchmarks.fuzz.works import ROOT, WORKS, Work, recordings
 from drill_env._files import make_folder
 
@@ -35,45 +32,10 @@ SIGNALS = (signal.SIGKILL, signal.SIGINT, signal.SIGTERM)
 LOG = "log"
 BEGUN = 1.5
 """Seconds after which Python and the package are imported; before, an interrupt is Python's own."""
+BEGUN_FORKED = 0.3
+"""The same where all is imported already: measured 0.05 s on a quiet machine."""
 PATIENCE = 60.0
 """Seconds within which a command must end after an interrupt, and its processes after it."""
-
-
-def _zip(path: Path) -> None:
-    with ZipFile(path) as archive:
-        assert archive.testzip() is None
-
-
-def _html(path: Path) -> None:
-    assert path.read_text(encoding="utf-8").rstrip().endswith("</html>")
-
-
-def _picture(path: Path) -> None:
-    from matplotlib.image import imread
-
-    imread(path)
-
-
-READERS: dict[str, Callable[[Path], object]] = {
-    ".json": lambda path: json.loads(path.read_text(encoding="utf-8")), ".csv": pd.read_csv,
-    ".parquet": pd.read_parquet, ".toml": lambda path: tomllib.loads(path.read_text("utf-8")),
-    ".png": _picture, ".npz": _zip, ".zip": _zip, ".html": _html,
-    ".gz": lambda path: gzip.decompress(path.read_bytes()),
-}  # fmt: skip
-
-
-def outputs(folder: Path) -> list[Path]:
-    """Files at their final names."""
-    return sorted(p for p in folder.rglob("*") if p.is_file() and not p.name.startswith("."))
-
-
-def leftovers(folder: Path) -> list[Path]:
-    """Temporary files that were never put in place."""
-    return sorted(p for p in folder.rglob(".*") if p.is_file())
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in outputs(folder)}
 
 
 @dataclass
@@ -88,149 +50,175 @@ class Tally:
     faults: list[str] = field(default_factory=list)
 
 
-def start(work: Work, inputs: Path, out: Path, *more: str) -> subprocess.Popen[bytes]:
-    """The command in a group of its own, in which an interrupt is not ignored."""
-    # Where one file is written, its folder must be there.
-    make_folder(out)
+Begin = Callable[[Sequence[str], Path, Path], Process]
+
+
+def cold(argv: Sequence[str], folder: Path, log: Path) -> Process:
+    """Start Python anew, in a session of its own, in which an interrupt is not ignored."""
     # A file: a pipe would be held open by processes that go on.
-    with (inputs / LOG).open("wb") as log:
+    with log.open("wb") as stream:
         return subprocess.Popen(
-        [*work.argv(inputs, out), *more], cwd=inputs, stdout=subprocess.DEVNULL,
-        stderr=log, start_new_session=True,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )  # fmt: skip
+            argv, cwd=folder, stdout=subprocess.DEVNULL, stderr=stream, start_new_session=True,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        )  # fmt: skip
 
 
-def finish(work: Work, inputs: Path, out: Path, *more: str) -> float:
-    """Run to the end; returns the seconds it took."""
-    began = time.perf_counter()
-    process = start(work, inputs, out, *more)
-    process.wait(timeout=900)
-    said = (inputs / LOG).read_text(encoding="utf-8")
-    assert process.returncode == 0, f"exit status {process.returncode}: {said[-2000:]}"
-    return time.perf_counter() - began
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A command under trial.
+
+    Attributes:
+        work: the command.
+        inputs: folder of its inputs, where it runs and its log lies.
+        out: folder of its outputs.
+        tally: what came of it.
+        begin: begins a command, given its folder and its log.
+        begun: seconds after which an interrupt is the package's own.
+        wanted: what a whole run leaves, by name.
+    """
+
+    work: Work
+    inputs: Path
+    out: Path
+    tally: Tally = field(default_factory=Tally)
+    begin: Begin = cold
+    begun: float = BEGUN
+    wanted: Mapping[str, bytes] = field(default_factory=dict)
+
+    def start(self, out: Path, *more: str) -> Process:
+        """Begin it."""
+        # Where one file is written, its folder must be there.
+        make_folder(out)
+        argv = [*self.work.argv(self.inputs, out), *more]
+        return self.begin(argv, self.inputs, self.inputs / LOG)
+
+    def said(self) -> str:
+        """Its standard error."""
+        return (self.inputs / LOG).read_text(encoding="utf-8")
 
 
-def kill(
-    work: Work, inputs: Path, out: Path, moment: float, number: signal.Signals, whole: bool,
-    tally: Tally,
-) -> None:  # fmt: skip
+def finish(trial: Trial, out: Path, *more: str) -> float:
+    """Run to the end; returns the seconds to its last output.
+
+    What follows, a third of a short run, is Python taking its modules apart.
+    """
+    began = time.time()
+    status = trial.start(out, *more).wait(timeout=900)
+    assert status == 0, f"exit status {status}: {trial.said()[-2000:]}"
+    return max(path.stat().st_mtime for path in outputs(out)) - began
+
+
+def kill(trial: Trial, moment: float, number: signal.Signals, whole: bool) -> None:
     """Run the command and end it after so many seconds, alone or with its whole group."""
-    before = leftovers(out)
-    process = start(work, inputs, out)
+    out, tally = trial.out, trial.tally
+    before, began = leftovers(out), time.time()
+    process = trial.start(out)
     try:
         process.wait(timeout=moment)
         tally.ended += 1
         return
     except subprocess.TimeoutExpired:
         pass
+    told = f"{number.name} at {moment:.2f} s, {'group' if whole else 'alone'}"
     sent = time.perf_counter()
     (os.killpg if whole else os.kill)(process.pid, number)
     try:
-        process.wait(timeout=PATIENCE)
+        status = process.wait(timeout=PATIENCE)
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
-        tally.faults.append(f"{number.name} at {moment:.2f} s: has not ended in {PATIENCE} s")
-    took = time.perf_counter() - sent
+        status = process.wait()
+        tally.faults.append(f"{told}: has not ended in {PATIENCE} s")
     tally.sent[number.name] += 1
-    tally.slowest = max(tally.slowest, took)
-    told = f"{number.name} at {moment:.2f} s, {'group' if whole else 'alone'}"
+    tally.slowest = max(tally.slowest, time.perf_counter() - sent)
     if go_on(process.pid):
-        if not (work.lingers and number is signal.SIGKILL):
+        if not (trial.work.lingers and number is signal.SIGKILL):
             tally.faults.append(f"{told}: processes of it go on")
         os.killpg(process.pid, signal.SIGKILL)
     left = [path.name for path in leftovers(out) if path not in before]
-    if number is not signal.SIGKILL and moment > BEGUN:
-        said = (inputs / LOG).read_text(encoding="utf-8")
-        faults = interrupted(process.returncode, number, said)
-        tally.faults += [f"{told}: {fault}" for fault in faults + [f"leaves {n}" for n in left]]
     tally.temporary += len(left)
-    for path in outputs(out):
-        try:
-            READERS[path.suffix](path)
-        except Exception as error:
-            tally.faults.append(f"{told}: {path.name} is half there, {error}")
+    faults = broken(out)
+    if number is not signal.SIGKILL and moment > trial.begun:
+        late = number is signal.SIGINT or all_since(out, began, trial.wanted)
+        faults += interrupted(status, number, trial.said(), late=late)
+        faults += [f"leaves {name}" for name in left]
+    tally.faults += [f"{told}: {fault}" for fault in faults]
 
 
-def running(group: int) -> bool:
-    """Whether processes of a group are there."""
-    try:
-        os.killpg(group, 0)
-    except ProcessLookupError:
-        return False
-    return True
-
-
-def go_on(group: int) -> bool:
-    """Whether they still are after a while."""
-    until = time.monotonic() + 5.0
-    while running(group) and time.monotonic() < until:
-        time.sleep(0.05)
-    return running(group)
-
-
-def interrupted(status: int, number: int, err: str) -> list[str]:
-    """What is wrong with how a command ended that was asked to end."""
-    # Python tells of a signal that it leaves to nobody; else all was done and it was ending.
-    late = status == -number == -signal.SIGINT
-    faults = [] if late or status in (128 + number, 0) else [f"exit status {status}"]
-    if "Traceback" in err or "Error" in err:
-        faults.append(f"says {err[-600:]!r}")
-    elif status == 130 and "interrupted" not in err and "go on" not in err:
-        faults.append(f"says {err[-600:]!r}, not that it was interrupted")
-    return faults
-
-
-def repeat(
-    work: Work, inputs: Path, out: Path, wanted: dict[str, bytes] | None, tally: Tally
-) -> None:  # fmt: skip
+def repeat(trial: Trial) -> None:
     """Run again where kills have left what they left; the result must be as ever."""
+    out, tally = trial.out, trial.tally
     tally.again += 1
-    goes_on = work.goes_on if (out / "checkpoint.zip").is_file() else ()
+    goes_on = trial.work.goes_on if (out / "checkpoint.zip").is_file() else ()
     try:
         if goes_on and tally.again % 2:
-            finish(work, inputs, out, *goes_on)
+            finish(trial, out, *goes_on)
             return
-        finish(work, inputs, out)
+        finish(trial, out)
     except AssertionError as error:
         tally.faults.append(f"run again: {error}")
         return
     found = contents(out)
-    for name, content in (wanted or {}).items():
+    for name, content in trial.wanted.items():
         if found.get(name) != content:
             tally.faults.append(f"run again: {name} differs")
 
 
-def try_out(work: Work, kills: int, seed: int, every: int, folder: Path) -> Tally:
+def undisturbed(trial: Trial, folder: Path) -> tuple[float, dict[str, bytes]]:
+    """Seconds that it takes, and what it leaves each time; what differs holds times."""
+    pair = [folder / "a", folder / "b"]
+    # The first may compile, and tells what is to be imported ahead.
+    seconds = [finish(trial, each) for each in pair][1]
+    first, second = map(contents, pair)
+    assert sorted(first) == sorted(second) and first
+    return seconds, {name: content for name, content in first.items() if second[name] == content}
+
+
+def try_out(trial: Trial, kills: int, seed: int, every: int) -> Tally:
     """Kill a command so many times; after each `every` of them run it to its end.
 
     Args:
-        work: the command.
+        trial: the command with empty folders.
+        kills: how many; runs that end before their moment come on top, as many at most.
+        seed: of the moments.
+        every: kills between two whole runs.
+    """
+    tally, rng = trial.tally, np.random.default_rng(seed)
+    recordings(trial.inputs)
+    seconds = 2.0
+    if not trial.work.endless:
+        seconds, wanted = undisturbed(trial, trial.inputs.parent)
+        trial = replace(trial, wanted=wanted)
+    for _ in range(2 * kills):
+        moment = float(rng.uniform(0.2 * trial.begun, max(1.02 * seconds, trial.begun)))
+        number = SIGNALS[tally.sent.total() % 3]
+        kill(trial, moment, number, bool(rng.random() < 0.5))
+        done = tally.sent.total()
+        if trial.wanted and done // every > tally.again:
+            repeat(trial)
+            shutil.rmtree(trial.out)
+        if done == kills:
+            break
+    return tally
+
+
+def tried(name: str, kills: int, seed: int, every: int, *, anew: bool) -> Tally:
+    """Try one out in temporary folders.
+
+    Args:
+        name: of the work.
         kills: how many.
         seed: of the moments.
         every: kills between two whole runs.
-        folder: an empty one.
+        anew: whether each run is a new Python; else a fork of one that has imported what it needs.
     """
-    tally, rng = Tally(), np.random.default_rng(seed)
-    inputs, out = folder / "inputs", folder / "out"
-    recordings(inputs)
-    seconds, wanted = 2.0, None
-    if not work.endless:
-        pair = [folder / "a", folder / "b"]
-        # The first may compile; what differs between two undisturbed runs holds times.
-        seconds = [finish(work, inputs, each) for each in pair][1]
-        first, second = map(contents, pair)
-        assert sorted(first) == sorted(second) and first
-        wanted = {name: content for name, content in first.items() if second[name] == content}
-    for k in range(kills):
-        moment = float(rng.uniform(0.3, 1.02 * seconds))
-        kill(work, inputs, out, moment, SIGNALS[k % 3], bool(rng.random() < 0.5), tally)
-        if not work.endless and (k + 1) % every == 0:
-            repeat(work, inputs, out, wanted, tally)
-            shutil.rmtree(out)
-    return tally
+    with tempfile.TemporaryDirectory() as folder:
+        inputs, out, work = Path(folder) / "inputs", Path(folder) / "out", WORKS[name]
+        if anew or work.endless:
+            return try_out(Trial(work, inputs, out), kills, seed, every)
+        with Preloaded(Path(folder)) as ready:
+            trial = Trial(work, inputs, out, begin=ready.start, begun=BEGUN_FORKED)
+            return try_out(trial, kills, seed, every)
 
 
 def main(
@@ -238,12 +226,12 @@ def main(
     kills: Annotated[int, typer.Option(help="of each command")] = 50,
     seed: Annotated[int, typer.Option(help="of the moments")] = 1,
     every: Annotated[int, typer.Option(help="kills between two whole runs")] = 5,
+    anew: Annotated[bool, typer.Option(help="start Python for each run")] = False,
 ) -> None:
     """Kill each of the commands, and tell what came of it."""
     failed = False
     for name in works or WORKS:
-        with tempfile.TemporaryDirectory() as folder:
-            tally = try_out(WORKS[name], kills, seed, every, Path(folder))
+        tally = tried(name, kills, seed, every, anew=anew)
         failed = failed or bool(tally.faults)
         print(
             f"{name:12} {dict(tally.sent)}, {tally.ended} had ended, {tally.again} run again, "

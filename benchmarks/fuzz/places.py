@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.fuzz.killed import READERS, leftovers, outputs
+from benchmarks.fuzz.left import READERS, leftovers, outputs
 from benchmarks.fuzz.works import ROOT, WORKS, recordings
 from drill_env import Rig
 from drill_env._files import make_folder

@@ -17,8 +17,8 @@ ROOT = Path(__file__).resolve().parents[2]
 CLI = (sys.executable, "-m", "drill_env.cli.main")
 TRAIN = (
     sys.executable, str(ROOT / "train.py"), "--num-envs", "64", "--episode-seconds", "2",
-    "--batch-size", "1280", "--n-epochs", "2", "--total-steps", "60000", "--skip-table",
-    "--checkpoint-steps", "3000",
+    "--batch-size", "1280", "--n-epochs", "2", "--total-steps", "15000", "--skip-table",
+    "--checkpoint-steps", "1300",
 )  # fmt: skip
 RIG = Rig(clamp=True)
 # Writes over its own files until it is ended.
@@ -62,10 +62,12 @@ def recordings(folder: Path) -> None:
     rng = np.random.default_rng(0)
     case = make_folder(folder / "cases" / "case-0")
     for stem in ("fit-1", "holdout-1"):
-        t = np.arange(0.0, 12.0, 0.02)
-        volts = np.repeat(rng.uniform(1.0, 5.0, 12), 50)
+        t = np.arange(0.0, 12.0, 0.04)
+        volts = np.repeat(rng.uniform(1.0, 5.0, 12), 25)
         run = simulate(RIG, sampled_voltage(t, volts), 12.0, t_eval=t)
-        angles = np.column_stack([run.theta_u, run.theta_l]) + 1e-3 * rng.standard_normal((600, 2))
+        angles = np.column_stack([run.theta_u, run.theta_l]) + 1e-3 * rng.standard_normal(
+            (len(t), 2)
+        )
         rows = np.column_stack([t, volts, angles])
         names = "t,u,theta_u,theta_l"
         np.savetxt(case / f"{stem}.csv", rows, "%.6f", ",", header=names, comments="")
@@ -88,7 +90,7 @@ WORKS = {
         Work(
             "protocol", lambda _, out: [
                 *CLI, "compare", "--levels", "L0,L2", "--controllers", "pi,lqi", "--setpoints",
-                "2,5", "--plants", "50", "--starts", "rest,limit_cycle", "--out", str(out),
+                "2,5", "--plants", "10", "--starts", "rest,limit_cycle", "--out", str(out),
             ],
         ),
         Work(

@@ -86,6 +86,7 @@ def diagnose_command(
 
     Example: drill-env diagnose fit-*.csv --holdout hold.csv --out report
     """
+    from drill_env.diagnosis.bounded import bounded
     from drill_env.diagnosis.diagnose import diagnose
     from drill_env.diagnosis.options import DiagnosisOptions
     from drill_env.report.diagnosis_files import diagnosis_texts, write_diagnosis
@@ -104,9 +105,10 @@ def diagnose_command(
     with remarks():
         recordings = read_set(fit, mapping or [], holdout or [])
         look_over(recordings, None if rig is None else start, incomplete=True)
+        fitted, held = bounded(recordings.fit, recordings.holdout)
     with remarks(), progress_bar() as bar:
         report = stages(bar)
-        found = diagnose(recordings.fit, start, recordings.holdout, options=options, report=report)
+        found = diagnose(fitted, start, held, options=options, report=report)
         report("writing the report")
         write_diagnosis(diagnosis_texts(found), out)
     if as_json:

@@ -113,7 +113,7 @@ def _verdict(
     if effects:
         return "missing_physics"
     # What is in the final fit is missing from the rig, though none of it may be called by a name.
-    if found.refuted is not None or found.final.terms:
+    if found.refuted is not None or found.final.terms or not found.follows:
         return "unexplained"
     if options.given_rig and significant(changed):
         return "parameters"
@@ -125,6 +125,8 @@ def _located(
 ) -> Located | None:
     """Where what leads acts; a name that was given up tells at least where the mismatch sits."""
     fit = found.final
+    if not found.follows:
+        return None
     if found.residual_shape is not None:
         return locate(found.setting, fit, found.residual_shape)
     if not fit.terms and found.refuted is not None:
@@ -158,6 +160,8 @@ def _fit(unseen: Unseen, base: Fit) -> dict:
     }
     if found.explained < 1.0:
         out["explained"] = found.explained
+    if not found.follows:
+        out["follows"] = False
     if found.residual_torque is not None:
         left = zip(
             ("upper", "lower"),

@@ -11,27 +11,21 @@ from threadpoolctl import threadpool_limits
 
 from drill_env._errors import InputError
 from drill_env.diagnosis.answer import Unseen, answer
+from drill_env.diagnosis.bounded import bounded
 from drill_env.diagnosis.by_prediction import PredictionDiagnosis, diagnose_by_prediction
 from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.evidence import Weighed, decided
 from drill_env.diagnosis.explained import that_explain
 from drill_env.diagnosis.faults import find_faults
-from drill_env.diagnosis.held_out import (
-    HORIZON,
-    Judged,
-    judge,
-    judged_channels,
-    rms,
-)
+from drill_env.diagnosis.follows import follow, only_if_they_follow
+from drill_env.diagnosis.held_out import HORIZON, Judged, judge, judged_channels, rms
 from drill_env.diagnosis.law import LawFit, law_fit
 from drill_env.diagnosis.noise_floor import errors_by_noise
 from drill_env.diagnosis.offered import free_parameters, offered_effects
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.predicted import with_predictions
-from drill_env.diagnosis.result import (
-    DiagnosisResult,
-)
+from drill_env.diagnosis.result import DiagnosisResult
 from drill_env.diagnosis.rounds import Found
 from drill_env.diagnosis.search import find
 from drill_env.diagnosis.unexplained_residual import with_residual_torque
@@ -85,7 +79,8 @@ def diagnose(
     """Find what a rig's model leaves out of recordings, and show that it was missing.
 
     Args:
-        recordings: with u and theta_u or theta_l, or velocities, to fit.
+        recordings: with u and theta_u or theta_l, or velocities, to fit; of long ones the first
+            rows are read, `drill_env.diagnosis.bounded.MOST_ROWS` of all.
         rig: where to start; its parameters are free but for Ju, the scale of torque, or for km
             where the drive is a measured torque: then km is 1. Its effects are part of it.
         holdout: recordings to judge on; without them the gain is that of the fit.
@@ -98,6 +93,7 @@ def diagnose(
     options = options or DiagnosisOptions()
     if not recordings:
         raise InputError("diagnose needs at least one recording to fit")
+    recordings, holdout = bounded(recordings, holdout)
     if rig.inertias == 1:
         return diagnose_by_prediction(recordings, rig, holdout, options, report)
     declared(rig)
@@ -201,14 +197,19 @@ def _held_out(
     found, table = decided(found, ready, Criteria())
     before = tuple(judge(s, setting, base) for s in ready)
     after = tuple(judge(s, found.setting, found.final) for s in ready)
-    if law and _far_further(before, after):
+    if law and (_far_further(before, after) or not follow(after)):
         return _held_out(plain, None, held, seed)
     drawn = errors_by_noise(ready, found.final, after, seed)
     named = found.final
-    found = that_explain(found, before, after, drawn, Criteria())
+    found = only_if_they_follow(found, before, after)
+    if found.follows:
+        found = that_explain(found, before, after, drawn, Criteria())
     if found.final is not named:
         after = tuple(judge(s, found.setting, found.final) for s in ready)
-    found = with_residual_torque(found, setting, base, law is not None, before, after, Criteria())
+    if found.follows:
+        found = with_residual_torque(
+            found, setting, base, law is not None, before, after, Criteria()
+        )
     if found.final is not named:
         after = tuple(judge(s, found.setting, found.final) for s in ready)
         drawn = errors_by_noise(ready, found.final, after, seed)

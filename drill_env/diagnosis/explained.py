@@ -24,8 +24,8 @@ from drill_env.diagnosis.terms import Named
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.rule import CONFIDENT
 
-# Mean squares of a draw and of an error that differ by less than this factor may be alike.
-_ALIKE = 2.0
+ALIKE = 2.0
+"""Mean squares of a draw and of an error that differ by less than this factor may be alike."""
 
 
 def explained_share(before: float, after: float, floor: float = 0.0) -> float:
@@ -39,7 +39,7 @@ def explained_share(before: float, after: float, floor: float = 0.0) -> float:
     Returns:
         1 where the rig alone errs little more than noise lets it, so that nothing is told.
     """
-    if not before > _ALIKE * floor or not math.isfinite(after):
+    if not before > ALIKE * floor or not math.isfinite(after):
         return 1.0
     return 1.0 - max(after - floor, 0.0) / (before - floor)
 
@@ -78,7 +78,7 @@ def that_explain(
     if any(may_leave_more(s) for s in sources):
         return found
     sensor = sum(s**2 for s in sensor_noise(found.final.noise, after[0].channels))
-    kinds = (_squares(before), _squares(after), _squares(after, drawn["short"]))
+    kinds = (squares_of(before), squares_of(after), squares_of(after, drawn["short"]))
     share, error = _share(*kinds, sensor)
     found = replace(found, explained=share)
     # Within its standard error a share is no less than what it must be.
@@ -89,7 +89,7 @@ def that_explain(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Squares:
+class Squares:
     """Sums of squared errors over spans of predictions, and what was counted; shape (spans, 2)."""
 
     sums: FloatArray
@@ -104,7 +104,7 @@ class _Squares:
         return float(np.sum(total[count > 0.0] / count[count > 0.0]))
 
 
-def _squares(judged: Sequence[Judged], errors: Sequence[FloatArray] | None = None) -> _Squares:
+def squares_of(judged: Sequence[Judged], errors: Sequence[FloatArray] | None = None) -> Squares:
     """Of predictions against what was measured, or of given errors over the same spans."""
     errors = errors or [j.short - j.measured for j in judged]
     known = [~np.isnan(e) for e in errors]
@@ -116,16 +116,14 @@ def _squares(judged: Sequence[Judged], errors: Sequence[FloatArray] | None = Non
         )
         for part in (squares, known)
     )
-    return _Squares(sums, counts)
+    return Squares(sums, counts)
 
 
-def _share(
-    before: _Squares, after: _Squares, drawn: _Squares, sensor: float
-) -> tuple[float, float]:
+def _share(before: Squares, after: Squares, drawn: Squares, sensor: float) -> tuple[float, float]:
     """Share of the error that is gone, and its standard error: the jackknife over the spans."""
     noise = drawn.mean() + sensor
-    if noise > _ALIKE * after.mean():
-        drawn, noise = _Squares(np.zeros_like(drawn.sums), drawn.counts), sensor
+    if noise > ALIKE * after.mean():
+        drawn, noise = Squares(np.zeros_like(drawn.sums), drawn.counts), sensor
     share = explained_share(before.mean(), after.mean(), noise)
     n = len(before.sums)
     if n < 2 or share == 1.0:

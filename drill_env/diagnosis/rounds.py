@@ -92,6 +92,7 @@ class Found:
         refuted: a fit with names that were rejected, if any.
         reason: why they were.
         explained: share of the error of unseen predictions that what was found takes away.
+        follows: whether unseen recordings follow the rig at all, with what was found or alone.
         residual_torque: how much of the final fit's the motion predicts.
         residual_shape: the shape of that where nothing that was found accounts for it.
     """
@@ -103,6 +104,7 @@ class Found:
     refuted: Fit | None = None
     reason: str = "held-out recordings contradict it"
     explained: float = 1.0
+    follows: bool = True
     residual_torque: ResidualTorque | None = None
     residual_shape: Term | None = None
 

@@ -41,8 +41,8 @@ def sentences(
             f"No effect of the library explains {what}; its shape over {shape.coordinate} is "
             f"{shape.formula} (this formula explains {shape.r2:.0%} of the shape)."
         )
-    contradicted = result.verdict == "unexplained" and "explained" not in result.fit
-    if contradicted and result.shape is None:
+    told = {"explained", "follows"} & set(result.fit)
+    if result.verdict == "unexplained" and not told and result.shape is None:
         lines.append(
             "Names and shapes that the fitted recordings ask for make held-out ones less likely."
         )
@@ -61,6 +61,12 @@ def sentences(
 
 
 def _verdict(result: DiagnosisResult) -> str:
+    if "follows" in result.fit:
+        return (
+            "The recordings do not follow the rig: over 5 s no unseen reading is predicted better "
+            "than by discs that stand still. Check columns, units, signs and clocks, and that "
+            "voltage and angles are of one run."
+        )
     if result.verdict == "consistent":
         return "Nothing is missing: the rig with fitted parameters explains the recordings."
     if result.verdict == "parameters":
@@ -136,6 +142,8 @@ def _confusion(result: DiagnosisResult, rejected: Sequence[str], reason: str) ->
         for a in result.alternatives
         if a.id in rejected
     ]
+    if "follows" in result.fit:
+        return lines
     rivals = [a for a in result.alternatives if a.id not in rejected]
     rivals.sort(key=lambda a: -a.probability)
     if rivals and rivals[0].probability >= CONFUSED:

@@ -33,7 +33,7 @@ class RecordingWarning(UserWarning):
         code: what it is, one of "jitter", "gap", "slow_clock", "constant", "saturated",
             "wrapped", "jump", "implausible_speed", "large_voltage", "ignored_column",
             "two_drives", "missing", "clocks", "interpolated", "no_manifest", "twist_offset",
-            "hidden_state", or one of `drill_env.identification.screening.findings`.
+            "hidden_state", "long", or one of `drill_env.identification.screening.findings`.
     """
 
     def __init__(self, code: str, message: str) -> None:

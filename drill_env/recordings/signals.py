@@ -174,10 +174,14 @@ def _frequency(signal: Signal) -> float:
     return _FREQUENCY[signal.kind] if signal.frequency is None else signal.frequency
 
 
+def _dwell(signal: Signal) -> float:
+    return _DWELL[signal.kind] if signal.dwell is None else signal.dwell
+
+
 def _random_levels(signal: Signal, t: FloatArray) -> FloatArray:
     rng = np.random.default_rng(signal.seed)
-    dwell = _DWELL[signal.kind] if signal.dwell is None else signal.dwell
-    # No hold is shorter than half the mean, so so many always reach the end.
+    # No hold is shorter than half the mean: the first of a longer one outlasts the signal too.
+    dwell = min(_dwell(signal), 2.0 * signal.seconds)
     count = math.ceil(2.0 * signal.seconds / dwell) + 1
     ends = np.cumsum(rng.uniform(0.5 * dwell, 1.5 * dwell, count))
     levels = rng.uniform(-1.0, 1.0, count)
@@ -222,10 +226,16 @@ def _check_ranges(signal: Signal) -> None:
             wanted = "greater than 0" if key in above_zero else "0 or greater"
             raise InputError(f"signal {name}: --{key.replace('_', '-')} is {value}: give {wanted}")
     count = signal.seconds * signal.rate
-    if not 2 <= round(count) <= _LONGEST:
+    # Not rounded: a product of two large numbers may be infinite.
+    if not 1.5 <= count < _LONGEST + 0.5:
         raise InputError(
             f"signal {name}: {signal.seconds:g} s at {signal.rate:g} Hz are {count:.3g} samples; "
             f"give 2 to {_LONGEST}"
+        )
+    if name in _DWELL and signal.seconds / _dwell(signal) > _LONGEST:
+        raise InputError(
+            f"signal {name}: {signal.seconds:g} s are more than {_LONGEST} levels held for "
+            f"{_dwell(signal):g} s; give a longer --dwell or fewer --seconds"
         )
     highest = max(signal.frequency or 0.0, signal.frequency_end if name == "chirp" else 0.0)
     if highest > 0.25 * signal.rate:
