@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from drill_env._errors import InputError
+from drill_env.effects.declared import declared
 from drill_env.effects.steady import lasting, unsteady
 from drill_env.parameters import Rig
 
@@ -21,9 +22,10 @@ def returning(rig: Rig) -> Rig:
     """The rig with those of its effects that act under a constant voltage.
 
     Raises:
-        InputError: the rig has one inertia, or with one of its effects no motion comes back.
+        InputError: the rig has one inertia, an effect is wrong, or with one no motion comes back.
     """
     require_string(rig)
+    declared(rig)
     if wandering := unsteady(rig):
         raise InputError(
             f"{', '.join(wandering)} follow time or an angle, or never forget: no equilibrium or "

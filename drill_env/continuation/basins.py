@@ -28,6 +28,8 @@ _TOGETHER = 20
 # Steady where it swings by less than a share of the speed, at the equilibrium's speed to another;
 # the same motion, or memory, as before to a third.
 _STEADY, _NEAR, _SAME = 1e-3, 1e-2, 1e-4
+# Where its friction rises with speed a disc comes to rest as e^-t, and never quite.
+_RESTS = 1e-6
 
 Fate: TypeAlias = Literal["equilibrium", "limit cycle", "rest", "another equilibrium", "undecided"]
 """Where a start goes; a rig with effects may also rest, or turn steadily in another state."""
@@ -224,14 +226,15 @@ def fate(
 
 def _steady(stretch: _Stretch, centre: FloatArray) -> Fate | None:
     """Which steady state a rig without swing is in; None while its memories still change."""
-    speed, size = stretch.run.final_state[2], max(float(centre[2]), 0.1)
-    near = abs(speed - centre[2]) < _NEAR * size
-    inner = stretch.run.final_inner
+    speeds, inner = stretch.run.final_state[1:3], stretch.run.final_inner
+    size = max(float(centre[2]), 0.1)
+    near = abs(speeds[1] - centre[2]) < _NEAR * size
     if near and _alike(inner, centre[3:], _STEADY):
         return "equilibrium"
-    if near or not _alike(inner, stretch.inner, _SAME):
+    slow, moves = abs(speeds[1]) < _NEAR * size, np.abs(speeds).max() > _RESTS * size
+    if near or (slow and moves) or not _alike(inner, stretch.inner, _SAME):
         return None
-    return "rest" if speed == 0.0 else "another equilibrium"
+    return "rest" if slow else "another equilibrium"
 
 
 def _alike(memories: FloatArray, others: FloatArray, share: float) -> bool:
