@@ -133,7 +133,7 @@ class _Stretch:
     ) -> None:  # fmt: skip
         self._rig, self._volts, self._state, self._modes = rig, volts, state, modes
         times = np.arange(8 * _CHUNK_PERIODS) * rig.natural_period / 8.0
-        self.run = self._simulate(inner, times)
+        self.run = self._simulate(inner, np.asarray(times, dtype=np.float64))
         self.inner = self.run.inner[0]
 
     def _simulate(self, inner: FloatArray | None, times: FloatArray) -> Trajectory:
