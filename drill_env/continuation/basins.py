@@ -24,7 +24,6 @@ from drill_env.parameters import Rig
 _CHUNK_PERIODS, _CHUNKS = 12, 60
 # Starts that a worker is sent at a time: some seconds of work.
 _TOGETHER = 20
-
 # Steady where it swings by less than a share of the speed, at the equilibrium's speed to another;
 # the same motion, or memory, as before to a third.
 _STEADY, _NEAR, _SAME = 1e-3, 1e-2, 1e-4
