@@ -158,7 +158,7 @@ def test_what_cannot_be_drawn_is_refused():
         bifurcation_diagram(RIG, 0.05)
     with pytest.raises(InputError, match="two inertias"):
         bifurcation_diagram(Rig.one_inertia(km=1.0, Ju=1.0, Tsu=0.1, bu=0.1), 5.0)
-    with pytest.raises(InputError, match="effects"):
+    with pytest.raises(InputError, match="id is 'x'"):
         bifurcation_diagram(RIG.replace(effects=({"id": "x"},)), 5.0)
     with pytest.raises(InputError, match="parameter is"):
         parameter_diagram(RIG, "mass", 3.5, 0.1, 0.2)

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::drill_env.integrator.NegativeFr
 
 
 def traced(effect: dict, low: float, high: float, start: float) -> ExtendedTracer:
-    found = ExtendedTracer(Rig(effects=(effect,)), low, high)
+    found = ExtendedTracer(ExtendedFlow(Rig(effects=(effect,))), low, high)
     found.through(start)
     assert found.failures == []
     return found

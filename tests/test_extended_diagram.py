@@ -178,7 +178,21 @@ def test_the_command_draws_it_and_says_what_it_does_not(tmp_path):
     stable = table[(table.branch == "equilibria") & (table.stable.astype(bool))]
     assert stable.parameter.max() == pytest.approx(points[0]["parameter"], abs=0.02)
     assert (tmp_path / "out/diagram.png").stat().st_size > 10_000
+    unbalanced = DAMPED.replace(effects=({"id": "unbalance", "torque": 0.01, "phase": 0.0},))
+    save_rig(unbalanced, tmp_path / "rig.toml")
     refused = CliRunner().invoke(app, [*args, "--map", "bl", "--range", "0.003,0.005,3"])
-    assert isinstance(refused.exception, InputError) and "extended_diagram" in str(
-        refused.exception
-    )
+    assert isinstance(refused.exception, InputError)
+    assert "unbalance follow time or an angle" in str(refused.exception)
+
+
+def test_the_command_draws_maps_and_basins_of_it(tmp_path):
+    save_rig(DAMPED, tmp_path / "rig.toml")
+    args = ["bifurcation", "--rig", str(tmp_path / "rig.toml"), "--out", str(tmp_path), "--jobs=1"]
+    name = "string_damping.damping"
+    done = CliRunner().invoke(app, [*args, "--map", name, "--range", "0,0.0005,2", "--to", "1"])
+    assert done.exit_code == 0, done.output
+    rows = pd.read_csv(tmp_path / f"map-{name}.csv")
+    assert rows.hopf_low.tolist() == pytest.approx([0.56572927, 0.57372948], abs=1e-7)
+    done = CliRunner().invoke(app, [*args, "--basin", "1,1,1", "--volts", "1", "--starts", "5"])
+    assert done.exit_code == 0, done.output
+    assert set(pd.read_csv(tmp_path / "basin.csv").fate) == {"limit cycle"}

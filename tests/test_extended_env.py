@@ -14,6 +14,7 @@ from drill_env import InputError, Rig
 from drill_env.environment import DrillStringEnv
 from drill_env.environment.config import EnvConfig
 from drill_env.environment.core import EnvCore
+from drill_env.friction import lower_curve
 from drill_env.integrator import sampled_voltage, simulate
 from drill_env.parameters import save_rig
 from drill_env.sensors import Encoder
@@ -93,11 +94,52 @@ def test_environment_moves_as_the_simulation(tmp_path: Path):
     np.testing.assert_allclose(seen, twist, atol=1e-4)
     assert np.abs(twist - truth.twist[5::5]).max() > 0.04
     # The info tells the brake's own torque, without what the effects add.
-    from drill_env.friction import lower_curve
-
     slips = truth.omega_l[5::5] > 0.5
     law = lower_curve(RIG, truth.omega_l[5::5])
     np.testing.assert_allclose(np.array(torques)[slips], law[slips], atol=1e-4)
+
+
+SHAKEN = (
+    {"id": "unbalance", "torque": 0.02, "phase": 1.0},
+    {"id": "string_damping", "damping": 5e-3},
+    {"id": "lower_disturbance", "torque": 0.004, "phase": 0.4, "frequency": 1.3},
+    {"id": "upper_disturbance", "torque": 0.1, "phase": 2.0, "frequency": 0.9},
+)
+
+
+@pytest.mark.parametrize("method", ["dopri5", "dop853"])
+@pytest.mark.parametrize("effects", [(), SHAKEN])
+def test_the_torques_told_are_those_of_the_state_at_the_periods_end(effects, method):
+    """A disc that slides feels its law; one at rest what the balance of its equation asks for."""
+    rig = Rig(effects=effects, dTsu=0.05, dbu=0.1)
+    env = gym.make("DrillString-v0", rig=rig, method=method).unwrapped
+    env.reset(seed=0)
+    shaken = 1.0 if effects else 0.0
+    rested = {"u": 0, "l": 0}
+    for k in range(240):
+        volts = (0.1, 0.1, 2.5, 2.5)[k // 60 % 4]
+        *_, info = env.step(np.array([volts]))
+        twist, omega_u, omega_l, theta_l = env.state
+        string = rig.ktheta * twist + shaken * 5e-3 * (omega_u - omega_l)
+        t = 0.05 * (k + 1)
+        shakes = [
+            0.1 * np.cos(2 * np.pi * 0.9 * t + 2.0),
+            0.004 * np.cos(2 * np.pi * 1.3 * t + 0.4),
+        ]
+        truth = {
+            "u": rig.km * volts - string + shaken * shakes[0],
+            "l": string + shaken * (shakes[1] + 0.02 * np.cos(theta_l + 1.0)),
+        }
+        if omega_u != 0.0:
+            side = np.sign(omega_u)
+            truth["u"] = rig.Tsu * side + rig.dTsu + (rig.bu + side * rig.dbu) * omega_u
+        if omega_l != 0.0:
+            truth["l"] = np.sign(omega_l) * float(lower_curve(rig, abs(omega_l)))
+        for disc, omega in (("u", omega_u), ("l", omega_l)):
+            rested[disc] += omega == 0.0
+            told = info[f"friction_torque_{disc}"]
+            assert told == pytest.approx(truth[disc], abs=1e-9), (k, disc, omega)
+    assert all(10 < many < 200 for many in rested.values())
 
 
 def test_reset_clears_what_effects_remember():

@@ -54,7 +54,9 @@ def bifurcation_command(
     ] = None,
     parameter: Annotated[
         str | None,
-        typer.Option(help="Continue in this rig key, with --volts and --range LOW,HIGH."),
+        typer.Option(
+            help="Continue in this rig key, or EFFECT.KEY; with --volts and --range LOW,HIGH."
+        ),
     ] = None,
     between: Annotated[
         str | None,
@@ -65,7 +67,9 @@ def bifurcation_command(
     volts: Annotated[float | None, typer.Option(help="Voltage for --parameter or --basin.")] = None,
     map_: Annotated[
         str | None,
-        typer.Option("--map", help="Map vibration over this rig key, with --range LOW,HIGH,N."),
+        typer.Option(
+            "--map", help="Map vibration over this rig key, or EFFECT.KEY; with --range LOW,HIGH,N."
+        ),
     ] = None,
     basin: Annotated[
         str | None,
@@ -90,8 +94,8 @@ def bifurcation_command(
 
     --map and --basin run in parallel: --jobs, --engine.
 
-    Of a rig with [[effects]] it gives equilibria and Hopf points, and in place of limit cycles
-    what the rig settles on while the voltage is raised and lowered; no diagram.html.
+    Of a rig with effects in its file it gives also what the rig settles on while the voltage is
+    raised and lowered, and no diagram.html.
 
     Example: drill-env bifurcation --to 15 --out out/bifurcation
     """

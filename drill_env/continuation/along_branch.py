@@ -12,6 +12,8 @@ from drill_env.continuation.tracer import VANISHED, CycleBranch
 
 # A settled motion is known at its samples only.
 _ALIKE = 0.05
+SHRANK = "shrank to an equilibrium"
+"""How the end of a branch begins that has no amplitude left."""
 
 
 def typical_sizes(z: FloatArray) -> FloatArray:
@@ -41,5 +43,5 @@ def ended(point: Point, low: float, high: float) -> str:
     if not low <= value <= high:
         return f"left the range at {low if value < low else high:.6g}"
     if cycle.max - cycle.min < VANISHED * max(abs(cycle.max), 0.1):
-        return f"shrank to an equilibrium at {value:.6g}"
+        return f"{SHRANK} at {value:.6g}"
     return ""

@@ -8,10 +8,17 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from drill_env._errors import InputError
-from drill_env.continuation._plain import require_plain
+from drill_env.continuation._plain import returning
 from drill_env.continuation.branch import StepRule
 from drill_env.continuation.cycle import PeriodMap
 from drill_env.continuation.equilibria import EquilibriumBranch, equilibrium_branch, speed_at
+from drill_env.continuation.extended_equilibria import (
+    extended_hopf_entry,
+    extended_hopf_points,
+    turning_branch,
+)
+from drill_env.continuation.extended_flow import ExtendedFlow
+from drill_env.continuation.extended_tracer import ExtendedTracer
 from drill_env.continuation.hopf import HopfPoint, hopf_points
 from drill_env.continuation.special import SpecialPoint
 from drill_env.continuation.tracer import CycleBranch, Progress, Tracer
@@ -25,7 +32,7 @@ class Diagram:
     """Everything of Fig. 4 for one rig.
 
     Attributes:
-        rig: parameters.
+        rig: parameters, and those of its effects that act under a constant voltage.
         to_volts: end of the range, V.
         equilibria: the turning branch (11).
         hopf: Hopf points, by speed.
@@ -48,21 +55,33 @@ def bifurcation_diagram(
 ) -> Diagram:
     """Equilibria, Hopf points, limit cycles and special points up to `to_volts`.
 
+    Branches of cycles are searched for from the Hopf points, and from what the rig settles on from
+    rest at six voltages of the range.
+
     Args:
-        rig: parameters with two inertias.
-        to_volts: end of the range, V, above the break-away voltage.
+        rig: parameters with two inertias, and effects; those of the encoders do not act.
+        to_volts: end of the range, V, above the break-away voltage of the rig without effects.
         rule: step lengths along the cycles.
         progress: called with the number of cycles so far.
 
     Raises:
-        InputError: the rig has one inertia or effects, or the range ends below break-away.
+        InputError: the rig has one inertia, an effect follows time or an angle or never forgets,
+            or the range ends below break-away.
     """
-    require_plain(rig)
+    turning = returning(rig)
     if not to_volts > rig.breakaway_voltage:
         raise InputError(
             f"to_volts is {to_volts}: give more than the break-away voltage, "
             f"{rig.breakaway_voltage:.4g} V"
         )
+    if turning.effects:
+        return _with_effects(turning, to_volts, rule, progress)
+    return _without(turning, to_volts, rule, progress)
+
+
+def _without(
+    rig: Rig, to_volts: float, rule: StepRule | None, progress: Progress | None
+) -> Diagram:
     top = speed_at(rig, to_volts)
     grid = np.unique(
         np.concatenate([np.geomspace(1e-3, top, 150), np.linspace(1e-3, top, _EQUILIBRIA)])
@@ -80,6 +99,23 @@ def bifurcation_diagram(
         rig, to_volts, branch, hopf, tuple(tracer.branches), tuple(_named(points)),
         tuple(tracer.failures),
     )  # fmt: skip
+
+
+def _with_effects(
+    rig: Rig, to_volts: float, rule: StepRule | None, progress: Progress | None
+) -> Diagram:
+    branch = turning_branch(rig, to_volts)
+    hopf = tuple(extended_hopf_points(rig, branch, to_volts))
+    tracer = ExtendedTracer(ExtendedFlow(rig), 0.0, to_volts, progress)
+    tracer.rule = rule or tracer.rule
+    tracer.from_hopf_points(hopf)
+    tracer.from_simulation()
+    points = sorted(
+        [*(extended_hopf_entry(h) for h in hopf), *tracer.points], key=lambda p: p.parameter
+    )
+    return Diagram(
+        rig, to_volts, branch, hopf, tuple(tracer.branches), tuple(points), tuple(tracer.failures)
+    )
 
 
 def _break_away(rig: Rig) -> SpecialPoint:

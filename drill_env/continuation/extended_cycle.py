@@ -11,14 +11,16 @@ from numpy.typing import NDArray
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.continuation._plain import require_string
-from drill_env.effects.steady import lasting, unsteady
+from drill_env.continuation._plain import returning
 from drill_env.integrator import Disc, Kind, Trajectory, simulate
 from drill_env.parameters import Rig
 
 # Closed by so much of its size; Newton's steps at most; the tolerances of a step.
 _CLOSED, _MOST, _RTOL, _ATOL = 1e-9, 25, 1e-11, 1e-13
 _SETTLE = 40.0
+# Less swing than such a share of the speed is none.
+_STEADY = 1e-3
+_NONE = "no limit cycle: at {:g} V the rig turns steadily or rests"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,15 +69,7 @@ def extended_cycle(rig: Rig, volts: float, state: FloatArray | None = None) -> E
             or it does not vibrate at this voltage.
         RuntimeError: the shooting does not close.
     """
-    require_string(rig)
-    wandering = unsteady(rig)
-    if wandering:
-        raise InputError(
-            f"no limit cycle: {', '.join(wandering)} follow time or an angle, or never forget, so "
-            "no motion comes back to where it was; leave them out"
-        )
-    turning = lasting(rig)
-    misses = np.inf
+    turning = returning(rig)
     y, period = _near(turning, volts, state)
     misses = math.inf
     for _ in range(_MOST):
@@ -106,11 +100,15 @@ def _near(rig: Rig, volts: float, state: FloatArray | None) -> tuple[FloatArray,
     tops = run.events.where(Disc.LOWER, Kind.MAXIMUM)
     speeds = tops.state[:, 2]
     high = speeds > 0.5 * (run.omega_l.min() + run.omega_l.max())
-    if np.ptp(run.omega_l) < 1e-3 * (1.0 + np.abs(run.omega_l).max()) or high.sum() < 2:
-        raise InputError(f"no limit cycle: at {volts:g} V the rig turns steadily or rests")
+    if _steady(run.omega_l) or high.sum() < 2:
+        raise InputError(_NONE.format(volts))
     t, row = tops.t[high], tops.state[high][-2]
     inner = [np.interp(t[-2], run.t, z) for z in run.inner.T]
     return full_state(row, np.array(inner)), float(t[-1] - t[-2])
+
+
+def _steady(speeds: FloatArray) -> bool:
+    return float(np.ptp(speeds)) < _STEADY * (1.0 + float(np.abs(speeds).max()))
 
 
 def _shoot(rig: Rig, volts: float, y: FloatArray, period: float) -> Trajectory:
@@ -165,6 +163,9 @@ def _found(
     values = np.delete(values, np.abs(values - 1.0).argmin())
     run = simulate(rig, volts, period, initial=np.append(y[:3], 0.0), inner=y[3:], rate=2e3)
     speeds = run.omega_l
+    if _steady(speeds):
+        # A motion that dies out slowly closes on the equilibrium, with any period.
+        raise InputError(_NONE.format(volts))
     return ExtendedCycle(
         volts, period, y, values[np.argsort(-np.abs(values))], float(speeds.min()),
         float(speeds.max()), bool(run.stuck_l.any()), misses,

@@ -12,8 +12,13 @@ import pandas as pd
 
 from drill_env._errors import InputError
 from drill_env.continuation._plain import require_string
-from drill_env.continuation.equilibria import EquilibriumBranch, speed_at
-from drill_env.continuation.extended_equilibria import extended_branch, extended_hopf_points
+from drill_env.continuation.equilibria import EquilibriumBranch
+from drill_env.continuation.extended_equilibria import (
+    extended_hopf_entry,
+    extended_hopf_points,
+    turning_branch,
+)
+from drill_env.continuation.extended_flow import ExtendedFlow
 from drill_env.continuation.extended_tracer import ExtendedTracer, vibrating
 from drill_env.continuation.hopf import HopfPoint
 from drill_env.continuation.special import SpecialPoint
@@ -23,11 +28,6 @@ from drill_env.continuation.tracer import CycleBranch
 from drill_env.continuation.tracer import Progress as Traced
 from drill_env.effects.steady import acting, lasting, unsteady
 from drill_env.parameters import Rig
-
-_SPEEDS = 400
-# Drag may be missing or added: speeds are looked at up to so many times those without effects.
-_FURTHER = 2.0
-_SLOWEST = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,7 +40,7 @@ class ExtendedDiagram:
         equilibria: turning ones; None where an effect follows time or an angle, or never forgets.
         hopf: Hopf points, by speed.
         attractors: what the rig settles on while the voltage is swept, of `swept`.
-        branches: limit cycles, stable and unstable, on branches that pass through attractors.
+        branches: limit cycles, stable and unstable, on branches from Hopf points or attractors.
         points: Hopf points, and the special points of the branches.
         remarks: what was left out, and why.
     """
@@ -64,8 +64,9 @@ def extended_diagram(
 ) -> ExtendedDiagram:
     """Equilibria and Hopf points by linearisation, stable motions by a sweep, and their branches.
 
-    The limit cycles of the sweep are continued to both sides, through folds into unstable ones.
-    A branch that is stable nowhere, or only within a step of the sweep, is not found.
+    Limit cycles are continued from the Hopf points, and from the sweep to both sides, through folds
+    into unstable ones. A branch that meets neither, stable nowhere or only within a step of the
+    sweep, is not found.
 
     Args:
         rig: parameters with two inertias, and effects; those of the encoders do not act.
@@ -93,7 +94,7 @@ def extended_diagram(
         )
     else:
         turning = lasting(rig)
-        branch = _branch(turning, to_volts)
+        branch = turning_branch(turning, to_volts)
         hopf = tuple(extended_hopf_points(turning, branch, to_volts))
     volts = np.linspace(0.0, to_volts, math.ceil(to_volts / step) + 1)
     attractors = swept(
@@ -102,10 +103,14 @@ def extended_diagram(
     if not attractors.settled.all():
         where = ", ".join(f"{v:.3g}" for v in sorted(set(attractors.voltage[~attractors.settled])))
         remarks = (*remarks, f"not settled at {where} V: extremes still change there")
-    tracer = ExtendedTracer(lasting(rig), 0.0, to_volts, traced)
+    tracer = ExtendedTracer(ExtendedFlow(lasting(rig)), 0.0, to_volts, traced)
     if not wandering:
+        tracer.from_hopf_points(hopf)
         _trace(tracer, attractors)
-    points = (*(_entry(p) for p in hopf), *sorted(tracer.points, key=lambda p: p.parameter))
+    points = (
+        *(extended_hopf_entry(p) for p in hopf),
+        *sorted(tracer.points, key=lambda p: p.parameter),
+    )
     return ExtendedDiagram(
         rig, to_volts, branch, hopf, attractors, tuple(tracer.branches), points,
         (*remarks, *tracer.failures),
@@ -130,31 +135,6 @@ def extended_table(diagram: ExtendedDiagram) -> pd.DataFrame:
     """
     rows = [*_equilibrium_rows(diagram.equilibria), *_attractor_rows(diagram)]
     return pd.DataFrame([*rows, *_branch_rows(diagram)])
-
-
-def _branch(rig: Rig, to_volts: float) -> EquilibriumBranch:
-    top = _FURTHER * speed_at(rig.replace(effects=()), to_volts)
-    grid = np.concatenate(
-        [np.geomspace(_SLOWEST, top, _SPEEDS), np.linspace(_SLOWEST, top, _SPEEDS)]
-    )
-    found = extended_branch(rig, np.unique(grid))
-    kept = (found.voltage >= 0.0) & (found.voltage <= to_volts)
-    return EquilibriumBranch(
-        found.voltage[kept], found.omega[kept], found.twist[kept], found.slope[kept],
-        found.eigenvalues[kept], found.stable[kept],
-    )  # fmt: skip
-
-
-def _entry(point: HopfPoint) -> SpecialPoint:
-    kind = "supercritical" if point.supercritical else "subcritical"
-    remark = f"{kind}: first Lyapunov coefficient {point.lyapunov:.4g}"
-    if math.isnan(point.lyapunov):
-        remark = "an effect is a table, whose corners hide whether stable cycles arise"
-    return SpecialPoint(
-        "", "hopf", point.voltage, point.omega, point.omega, point.omega,
-        2.0 * math.pi / point.frequency, (), "a2 a1 = a0 of the linearisation with effects",
-        1e-6, remark,
-    )  # fmt: skip
 
 
 def _equilibrium_rows(branch: EquilibriumBranch | None) -> Iterator[dict[str, Any]]:

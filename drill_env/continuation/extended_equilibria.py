@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.optimize import brentq
 
 from drill_env._errors import InputError
 from drill_env._types import ComplexArray, FloatArray
-from drill_env.continuation.equilibria import EquilibriumBranch
+from drill_env.continuation.equilibria import EquilibriumBranch, speed_at
 from drill_env.continuation.hopf import HopfPoint, eigenpairs, solve_complex
+from drill_env.continuation.special import SpecialPoint
 from drill_env.dynamics import equilibrium_voltage
 from drill_env.effects.steady import cornered
 from drill_env.friction import lower_curve
@@ -18,6 +21,12 @@ from drill_env.parameters import Rig
 _NEWTON, _CLOSED = 40, 1e-11
 # Of central differences: first derivatives, and second and third ones along a unit vector.
 _STEP, _CURVED = 1e-6, 3e-3
+_SPEEDS = 400
+# Drag may be missing or added: speeds are looked at up to so many times those without effects.
+_FURTHER = 2.0
+_SLOWEST = 1e-3
+# An equilibrium at a voltage lies between two of the branch, which goes on so far.
+_BEYOND = 1.1
 
 
 def equilibria(rig: Rig, omega: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -85,6 +94,37 @@ def extended_branch(rig: Rig, omega: FloatArray) -> EquilibriumBranch:
     )
 
 
+def turning_branch(rig: Rig, to_volts: float) -> EquilibriumBranch:
+    """All turning equilibria of a rig with effects from 0 to `to_volts` (V)."""
+    top = _FURTHER * speed_at(rig.replace(effects=()), to_volts)
+    grid = np.concatenate(
+        [np.geomspace(_SLOWEST, top, _SPEEDS), np.linspace(_SLOWEST, top, _SPEEDS)]
+    )
+    found = extended_branch(rig, np.unique(grid))
+    kept = (found.voltage >= 0.0) & (found.voltage <= to_volts)
+    return EquilibriumBranch(
+        found.voltage[kept], found.omega[kept], found.twist[kept], found.slope[kept],
+        found.eigenvalues[kept], found.stable[kept],
+    )  # fmt: skip
+
+
+def turning_at(rig: Rig, volts: float) -> list[tuple[FloatArray, bool]]:
+    """The turning equilibria at a voltage (V), by speed.
+
+    Returns:
+        For each twist, omega_u, omega_l and the effects' inner states, shape (3 + m,), and whether
+        it is stable.
+    """
+    branch = turning_branch(rig, _BEYOND * volts)
+    off, found = branch.voltage - volts, []
+    for i in np.flatnonzero((off[:-1] < 0.0) != (off[1:] < 0.0)).tolist():
+        ends = float(branch.omega[i]), float(branch.omega[i + 1])
+        omega = float(brentq(lambda w: _at(rig, w)[1] - volts, *ends, xtol=1e-13, rtol=1e-14))
+        matrix, _, state = _at(rig, omega)
+        found.append((state, bool((np.linalg.eigvals(matrix).real < 0.0).all())))
+    return found
+
+
 def extended_hopf_points(rig: Rig, branch: EquilibriumBranch, to_volts: float) -> list[HopfPoint]:
     """Hopf points of a branch up to `to_volts`, ordered by speed.
 
@@ -100,6 +140,19 @@ def extended_hopf_points(rig: Rig, branch: EquilibriumBranch, to_volts: float) -
         if abs(_growth(rig, omega)) < 1e-6 and _at(rig, omega)[1] <= to_volts:
             found.append(_hopf_point(rig, omega))
     return found
+
+
+def extended_hopf_entry(point: HopfPoint) -> SpecialPoint:
+    """A Hopf point as one of the special points."""
+    kind = "supercritical" if point.supercritical else "subcritical"
+    remark = f"{kind}: first Lyapunov coefficient {point.lyapunov:.4g}"
+    if math.isnan(point.lyapunov):
+        remark = "an effect is a table, whose corners hide whether stable cycles arise"
+    return SpecialPoint(
+        "", "hopf", point.voltage, point.omega, point.omega, point.omega,
+        2.0 * math.pi / point.frequency, (), "a2 a1 = a0 of the linearisation with effects",
+        1e-6, remark,
+    )  # fmt: skip
 
 
 def _at(rig: Rig, omega: float) -> tuple[FloatArray, float, FloatArray]:

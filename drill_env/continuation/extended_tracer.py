@@ -1,38 +1,40 @@
-"""Branches of limit cycles of a rig with effects over the voltage, stable and unstable."""
+"""Branches of limit cycles of a rig with effects over a parameter, stable and unstable."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.continuation.along_branch import ended, known, typical_sizes
+from drill_env.continuation.along_branch import SHRANK, ended, known, typical_sizes
 from drill_env.continuation.branch import Corrector, Point, StepRule, at_edge, follow, oriented
 from drill_env.continuation.crossings import crossings
 from drill_env.continuation.extended_cycle import extended_cycle
 from drill_env.continuation.extended_flow import ExtendedFlow
 from drill_env.continuation.flow import CycleError
+from drill_env.continuation.hopf import HopfPoint
 from drill_env.continuation.special import Segment, SpecialPoint, special_points
 from drill_env.continuation.tracer import CycleBranch, Progress
-from drill_env.parameters import Rig
 
 # A bound on the work; a branch that meets it says so.
 _MAX_POINTS = 1000
 _RULE = StepRule(first=0.02, largest=0.2, turn=0.5)
+# A branch ends a step before its Hopf point: so near, in shares of the voltage.
+_NEAR = 0.02
 
 
 @dataclass(eq=False)
 class ExtendedTracer:
-    """Collects branches of cycles that pass through what the rig settles on.
+    """Collects branches of cycles that grow from Hopf points or pass through attractors.
 
     Attributes:
-        rig: parameters and lasting effects, none of which follows time or an angle.
-        low: end of the range, V.
-        high: other end of the range, V.
+        flow: return map of a rig with lasting effects, none of which follows time or an angle.
+        low: end of the range of the parameter.
+        high: other end of the range.
         progress: called with the number of cycles so far.
         rule: step lengths.
         branches: found so far.
@@ -40,7 +42,7 @@ class ExtendedTracer:
         failures: what could not be followed, and why.
     """
 
-    rig: Rig
+    flow: ExtendedFlow
     low: float
     high: float
     progress: Progress | None = None
@@ -49,30 +51,64 @@ class ExtendedTracer:
     points: list[SpecialPoint] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
 
-    def through(self, volts: float, state: FloatArray | None = None) -> None:
+    def from_hopf_points(self, points: Iterable[HopfPoint]) -> None:
+        """Branches born at Hopf points, stable or not; one that ends at another takes that too."""
+        for point in points:
+            if self._reached(point):
+                continue
+            amplitude = float(np.clip(0.02 * point.omega, 1e-3, 0.05))
+            state = point.state + amplitude * point.mode.real
+            z = np.append(state, [2.0 * np.pi / point.frequency, point.voltage])
+            across = np.eye(len(z))[2]
+            self._trace(z, across, across, f"Hopf point at {point.voltage:.6g} V")
+
+    def from_simulation(self) -> None:
+        """Branches through what the rig settles on from rest, at six values of the range."""
+        for value in np.linspace(self.low, self.high, 8)[1:-1].tolist():
+            try:
+                self._through(value, None)
+            except InputError:
+                # It rests or turns steadily.
+                continue
+
+    def through(self, value: float, state: FloatArray | None = None) -> None:
         """Follow the cycle next to what the rig does from a state, to both sides.
 
         Args:
-            volts: where it vibrates, V.
+            value: of the parameter, at which the rig vibrates.
             state: twist, omega_u, omega_l, theta_l, shape (4,); rest by default.
         """
         try:
-            cycle = extended_cycle(self.rig, volts, state)
-        except (InputError, RuntimeError) as error:
-            self.failures.append(f"cycle at {volts:.6g} V: {error}")
+            self._through(value, state)
+        except InputError as error:
+            self.failures.append(f"cycle at {value:.6g}: {error}")
+
+    def _through(self, value: float, state: FloatArray | None) -> None:
+        rig, volts = self.flow.rig_at(value), self.flow.voltage_at(value)
+        try:
+            cycle = extended_cycle(rig, volts, state)
+        except RuntimeError as error:
+            self.failures.append(f"cycle at {value:.6g}: {error}")
             return
-        z = np.append(cycle.start, [cycle.period, volts])
+        z = np.append(cycle.start, [cycle.period, value])
         if known(self.branches, z):
             return
+        along = np.eye(len(z))[-1]
         for side in (1.0, -1.0):
-            self._trace(z, side)
+            start = f"stable cycle found by simulation at {value:.6g}"
+            self._trace(z, along, side * along, start)
 
-    def _trace(self, z: FloatArray, side: float) -> None:
-        corrector, axis = Corrector(ExtendedFlow(self.rig), typical_sizes(z), 1e-9), np.eye(len(z))
-        start, points = f"stable cycle found by simulation at {z[-1]:.6g} V", []
+    def _reached(self, point: HopfPoint) -> bool:
+        """Whether a branch has shrunk into a Hopf point."""
+        ends = (b.points[-1].cycle.parameter for b in self.branches if b.end.startswith(SHRANK))
+        return any(abs(end - point.voltage) < _NEAR * point.voltage for end in ends)
+
+    def _trace(self, z: FloatArray, border: FloatArray, direction: FloatArray, start: str) -> None:
+        sizes = typical_sizes(z)
+        sizes[-1] = min(1.0, self.high - self.low)
+        corrector, points = Corrector(self.flow, sizes, 1e-9), []
         try:
-            first = corrector.point(z, axis[-1], 0.0)
-            points.append(oriented(first, side * axis[-1]))
+            points.append(oriented(corrector.point(z, border, 0.0), direction))
             end = self._walk(corrector, points)
         except CycleError as error:
             end = str(error)

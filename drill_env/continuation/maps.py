@@ -8,12 +8,14 @@ import numpy as np
 import pandas as pd
 
 from drill_env._engine import SERIAL, Engine, Progress, run
-from drill_env._errors import InputError
 from drill_env._types import FloatArray
+from drill_env.continuation._numbers import with_number
+from drill_env.continuation._plain import returning
 from drill_env.continuation.branch import StepRule
 from drill_env.continuation.diagram import bifurcation_diagram
-from drill_env.continuation.hopf import hopf_points
-from drill_env.parameters import SYMBOLS, Rig
+from drill_env.continuation.extended_equilibria import extended_hopf_points, turning_branch
+from drill_env.continuation.hopf import HopfPoint, hopf_points
+from drill_env.parameters import Rig
 
 _COARSE = StepRule(first=0.02, largest=0.2, turn=0.5)
 
@@ -25,11 +27,12 @@ def hopf_map(rig: Rig, parameter: str, values: FloatArray, to_volts: float) -> p
         Columns value, index (by speed), voltage (V), omega (rad/s), supercritical.
 
     Raises:
-        InputError: the parameter is unknown or a value is unphysical.
+        InputError: the parameter is unknown, a value is unphysical, or with an effect no motion
+            comes back.
     """
     rows = []
     for value in values:
-        for index, point in enumerate(hopf_points(_with(rig, parameter, value), to_volts)):
+        for index, point in enumerate(_hopf_points(with_number(rig, parameter, value), to_volts)):
             rows.append(
                 {
                     "value": float(value),
@@ -53,8 +56,9 @@ def vibration_map(
     """Where vibration is possible over (voltage, `parameter`).
 
     Args:
-        rig: parameters; the one mapped is replaced.
-        parameter: one of `drill_env.parameters.SYMBOLS`.
+        rig: parameters and effects, none of which follows time or an angle or never forgets; the
+            parameter mapped is replaced.
+        parameter: a symbol of the rig, or a number of an effect as ``string_damping.damping``.
         values: its values, ascending, shape (n,).
         to_volts: end of the voltage range, V.
         progress: called with (done, total).
@@ -65,6 +69,9 @@ def vibration_map(
         fold of cycles), vibration_from and vibration_to (V, range with a stable cycle), NaN
         where there is none, reaches_end (vibration goes on beyond `to_volts`, at which
         vibration_to then stands) and failures (steps that failed, as text).
+
+    Raises:
+        InputError: as `hopf_map` does.
     """
     rows = run(
         functools.partial(_row, rig, parameter, to_volts), [float(v) for v in values], engine,
@@ -73,14 +80,15 @@ def vibration_map(
     return pd.DataFrame(list(rows))
 
 
-def _with(rig: Rig, parameter: str, value: float) -> Rig:
-    if parameter not in SYMBOLS:
-        raise InputError(f"parameter is {parameter!r}: give one of {', '.join(SYMBOLS)}")
-    return rig.replace(**{parameter: float(value)})
+def _hopf_points(rig: Rig, to_volts: float) -> list[HopfPoint]:
+    turning = returning(rig)
+    if not turning.effects:
+        return hopf_points(turning, to_volts)
+    return extended_hopf_points(turning, turning_branch(turning, to_volts), to_volts)
 
 
 def _row(rig: Rig, parameter: str, to_volts: float, value: float) -> dict[str, object]:
-    diagram = bifurcation_diagram(_with(rig, parameter, value), to_volts, _COARSE)
+    diagram = bifurcation_diagram(with_number(rig, parameter, value), to_volts, _COARSE)
     volts = [h.voltage for h in diagram.hopf]
     folds = [p.parameter for p in diagram.points if p.kind == "fold"]
     stable = [p.cycle.parameter for b in diagram.branches for p in b.points if p.cycle.stable]

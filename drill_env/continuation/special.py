@@ -149,6 +149,9 @@ def _contacts(
     elif short and short[0] and long == (False, True, *short[1:]):
         # Pulled through by a hair, the disc comes back at once and sticks then.
         yield _switch(segment, low, high, 0)
+    elif splits == 0 and _one_more(short, long):
+        error = abs(b.z[-1] - a.z[-1])
+        yield cycle_point("grazing", a.cycle, "a further contact begins, by bisection", error)
     elif splits == 0:
         raise CycleError(
             f"contacts change from {before} to {after} at parameter {a.z[-1]:.9g} in one place"
@@ -158,6 +161,12 @@ def _contacts(
         point = segment(middle)
         yield from _contacts(segment, low, a, middle, point, splits - 1)
         yield from _contacts(segment, middle, point, high, b, splits - 1)
+
+
+def _one_more(short: tuple[bool, ...], long: tuple[bool, ...]) -> bool:
+    """Whether the longer sequence has one more contact, at which the disc sticks."""
+    places = (i for i, sticks in enumerate(long) if sticks)
+    return any(long[:i] + long[i + 1 :] == short for i in places)
 
 
 def _switch(segment: Segment, low: float, high: float, hit: int) -> SpecialPoint:

@@ -12,8 +12,9 @@ _STEADY_TABLES = ("voltage", "twist", "omega_u", "omega_l", "omega_u - omega_l")
 
 
 def acting(rig: Rig) -> Rig:
-    """The rig without the effects that only its encoders show."""
-    return rig.replace(effects=tuple(e for e in rig.effects if not _senses(e)))
+    """The rig without the effects that only its encoders show, and those of no size."""
+    kept = (e for e in rig.effects if not (_senses(e) or _sizeless(e)))
+    return rig.replace(effects=tuple(kept))
 
 
 def lasting(rig: Rig) -> Rig:
@@ -37,6 +38,17 @@ def _senses(entry: Mapping[str, Any]) -> bool:
     if name == "table":
         return entry.get("sort") == "error"
     return name in LIBRARY and LIBRARY[str(name)].senses
+
+
+def _sizeless(entry: Mapping[str, Any]) -> bool:
+    """Whether all that the effect is proportional to is 0."""
+    name = str(entry.get("id"))
+    sizes = (
+        [p.name for p in LIBRARY[name].parameters if p.role == "amplitude"]
+        if name in LIBRARY
+        else []
+    )
+    return bool(sizes) and all(entry.get(size) == 0 for size in sizes)
 
 
 def _autonomous(entry: Mapping[str, Any]) -> bool:

@@ -37,8 +37,7 @@ class Rig:
     Args:
         clamp: replace T_l(w) by max(T_l(w), 0), so that equation (3) holds.
         inertias: 2 for the whole rig, 1 for the upper disc alone (stage 1).
-        effects: extra physics of a rig file, see docs/effects.md; continuation and
-            validation refuse it.
+        effects: extra physics of a rig file, see docs/effects.md; validation refuses it.
 
     Raises:
         InputError: a value is not finite, has the wrong sign or does not fit the law.

@@ -10,7 +10,10 @@ from matplotlib.figure import Figure
 from drill_env._files import replacing
 from drill_env.continuation.basins import Basins
 
-_COLOURS = {"equilibrium": "#1b8a5a", "limit cycle": "#c0392b", "undecided": "0.6"}
+_COLOURS = {
+    "equilibrium": "#1b8a5a", "limit cycle": "#c0392b", "rest": "#1f5fa8",
+    "another equilibrium": "#b8860b", "undecided": "0.6",
+}  # fmt: skip
 
 
 def save_basin_picture(found: Basins, path: Path) -> None:
