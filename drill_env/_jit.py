@@ -263,6 +263,13 @@ number_at, whole_at = placed("f8"), placed("i8")
 
 @intrinsic
 def _fma(context: Any, a: Any, b: Any, c: Any) -> Any:
+    if any(isinstance(kind, types.Complex) for kind in (a, b, c)):
+        # A complex step asks for the slope, which each part rounded by itself has.
+        def compose(context: Any, builder: Any, kind: Any, values: Any) -> Any:
+            return context.compile_internal(builder, lambda a, b, c: a * b + c, kind, values)
+
+        return types.complex128(a, b, c), compose
+
     def generate(context: Any, builder: Any, kind: Any, values: Any) -> Any:
         return builder.fma(*values)
 
@@ -278,7 +285,10 @@ def _bits_of(context: Any, number: Any) -> Any:
 
 
 fma: Any = _fma
-"""For kernels: `fma(a, b, c)`, a b + c rounded once, whatever it is compiled with."""
+"""For kernels: `fma(a, b, c)`, a b + c rounded once, whatever it is compiled with.
+
+Of complex numbers it is rounded as their product and sum are.
+"""
 
 bits_of: Any = _bits_of
 """For kernels: the bits of a number as an integer."""

@@ -238,7 +238,8 @@ def test_what_is_kept_is_seen(monkeypatch):
     kept, draw = [], long_runs.DrillStringVectorEnv.step
 
     def step(self, actions):
-        kept.append(np.ones(2000))
+        # More than what tests before have left free.
+        kept.append(np.ones(100_000))
         return draw(self, actions)
 
     monkeypatch.setattr(long_runs.DrillStringVectorEnv, "step", step)

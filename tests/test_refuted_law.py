@@ -28,6 +28,8 @@ def test_a_friction_law_with_which_all_is_predicted_far_worse_is_none(monkeypatc
 
     monkeypatch.setattr(module, "judge", judge)
     monkeypatch.setattr(module, "errors_by_noise", lambda *args: {})
+    monkeypatch.setattr(module, "follow", lambda judged: True)
+    monkeypatch.setattr(module, "only_if_they_follow", lambda found, before, after: found)
     monkeypatch.setattr(module, "cleaned", lambda held, jitter: [SimpleNamespace(release=1.0)])
     monkeypatch.setattr(module, "replace", lambda samples, **changes: samples)
     law = LawFit(setting, plain.base, humped, 500.0)
