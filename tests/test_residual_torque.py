@@ -122,18 +122,22 @@ def test_without_the_yoke_nothing_is_missing():
 
 
 @pytest.mark.parametrize(
-    ("left", "alone", "rejected"),
+    ("left", "alone", "place", "rejected"),
     [
         # The motion predicts as much as before: the name is a surrogate.
-        (((-0.2, 0.79), (1e-3, 0.017)), ((-0.2, 0.84), (1e-3, 0.017)), True),
+        (((-0.2, 0.79), (1e-3, 0.017)), ((-0.2, 0.84), (1e-3, 0.017)), "lower", True),
         # Another law than the name's is in what little is left.
-        (((-0.2, 0.69), (1e-3, 0.001)), ((-0.2, 0.92), (1e-3, 0.020)), False),
+        (((-0.2, 0.69), (1e-3, 0.001)), ((-0.2, 0.92), (1e-3, 0.020)), "lower", False),
         # What is left is large, and noise.
-        (((-0.2, 0.15), (1e-3, 0.017)), ((-0.2, 0.84), (1e-3, 0.017)), False),
+        (((-0.2, 0.15), (1e-3, 0.017)), ((-0.2, 0.84), (1e-3, 0.017)), "lower", False),
         # It is right at one disc and spoils the other.
-        (((0.6, -0.1), (0.010, 0.001)), ((0.3, 0.9), (0.002, 0.020)), True),
+        (((0.6, -0.1), (0.010, 0.001)), ((0.3, 0.9), (0.002, 0.020)), "lower", True),
+        # A little that the other disc had before is no reason against a name at this one.
+        (((-0.1, 0.50), (0.046, 0.0021)), ((0.03, 0.50), (1.3, 0.0021)), "upper", False),
+        # An angle that is misread seems a torque on either disc.
+        (((-0.1, 0.50), (0.046, 0.0021)), ((0.03, 0.50), (1.3, 0.0021)), "sensor", True),
     ],
 )
-def test_names_must_remove_what_is_predictable(left, alone, rejected):
+def test_names_must_remove_what_is_predictable(left, alone, place, rejected):
     now, then = ResidualTorque(*left), ResidualTorque(*alone)
-    assert removes_too_little(now, then, Criteria()) is rejected
+    assert removes_too_little(now, then, {place}, Criteria()) is rejected

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from drill_env.diagnosis.explained import may_leave_more
+from drill_env.diagnosis.explained import ALIKE, may_leave_more
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import Judged, remaining
 from drill_env.diagnosis.lost_counts import LostCounts
@@ -24,6 +24,10 @@ from drill_env.diagnosis.terms import Term
 from drill_env.prediction.criteria import Criteria
 
 _DISCS: tuple[Place, Place] = ("upper", "lower")
+# Components that each disc's torque may tell of; a misread angle seems a torque on either.
+_ACTS_ON = (
+    frozenset({"actuator", "upper", "string", "sensor"}), frozenset({"lower", "string", "sensor"})
+)  # fmt: skip
 # Cosine of both discs' torques below which they are the string's.
 _OPPOSED = -0.8
 
@@ -62,7 +66,8 @@ def with_residual_torque(
     # Less may be the difference of their laws, or a second effect: a sentence says so.
     alone = _latents(setting, base, before)
     then = residual_torque_of(alone)
-    if not removes_too_little(left, then, criteria):
+    places = None if law else {t.source.component for t in terms}
+    if not removes_too_little(left, then, places, criteria):
         return found
     if law:
         return _told(found, latents)
@@ -73,12 +78,31 @@ def with_residual_torque(
     return _told(rest, alone)
 
 
-def removes_too_little(left: ResidualTorque, alone: ResidualTorque, criteria: Criteria) -> bool:
-    """Whether at a disc more stays predictable than may be of what the rig alone leaves so."""
+def removes_too_little(
+    left: ResidualTorque, alone: ResidualTorque, places: Collection[str] | None, criteria: Criteria
+) -> bool:
+    """Whether at a disc more stays predictable than may be of what the rig alone leaves so.
+
+    What stays at a disc at which no name acts is something else, and no reason against these; but
+    they may not bring it there.
+
+    Args:
+        left: with the names.
+        alone: of the rig alone.
+        places: components at which the names act; all by default.
+        criteria: of the decision.
+    """
+    discs = zip(_ACTS_ON, left.shares, left.squares, alone.squares, strict=True)
     return any(
-        share > PREDICTABLE and now > (1.0 - criteria.share) * then
-        for share, now, then in zip(left.shares, left.squares, alone.squares, strict=True)
+        share > PREDICTABLE and now > _may_stay(acting, places, criteria) * then
+        for acting, share, now, then in discs
     )
+
+
+def _may_stay(acting: frozenset[str], places: Collection[str] | None, criteria: Criteria) -> float:
+    """Of what the rig alone leaves predictable at a disc."""
+    named = places is None or not acting.isdisjoint(places)
+    return 1.0 - criteria.share if named else ALIKE
 
 
 def _latents(setting: Setting, fit: Fit, judged: Sequence[Judged]) -> list[Latent]:
