@@ -34,7 +34,7 @@ def forked(work: Callable[[], dict[str, Any]], seconds: float) -> dict[str, Any]
     except EOFError:
         worker.join()
         ended = worker.exitcode in (-signal.SIGXCPU, -signal.SIGKILL)
-        found = {"fault": "hang", "detail": "given up"} if ended else {"fault": "crash"}
+        found = {"fault": "hang", "detail": "CPU limit"} if ended else {"fault": "crash"}
     worker.kill()
     worker.join()
     return found

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.fuzz.left import READERS, leftovers, outputs
+from benchmarks.fuzz.left import broken, leftovers
 from benchmarks.fuzz.works import ROOT, WORKS, recordings
 from drill_env import Rig
 from drill_env._files import make_folder
@@ -91,13 +91,7 @@ def one_error(status: int, err: str) -> bool:
 
 def half_there(out: Path) -> list[str]:
     """Files that cannot be read, and those that were never put in place."""
-    found = [path.name for path in leftovers(out)]
-    for path in outputs(out):
-        try:
-            READERS[path.suffix](path)
-        except Exception as error:
-            found.append(f"{path.name}: {error}")
-    return found
+    return [*(path.name for path in leftovers(out)), *broken(out)]
 
 
 def unwritable(folder: Path) -> tuple[Path, Path]:

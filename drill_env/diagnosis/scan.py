@@ -23,7 +23,8 @@ from drill_env.identification.smoothing import slopes_of
 from drill_env.parameters import Rig
 
 _REFINEMENTS = 3
-# Fall of minus twice the log likelihood below which nothing is worth a closer look.
+# Fall of minus twice the log likelihood below which nothing is worth a closer look: what two
+# numbers cost (Akaike), and a number and its place in a grid are two.
 _DULL = 4.0
 # A shape without an amplitude has size 1; a first look along a wrong motion may be off by this.
 _LEAST, _MOST = 0.3, 3.0
@@ -167,12 +168,12 @@ def score_effects(linearised: Linearised, effects: Iterable[Effect]) -> list[Sco
             scored += [Scored(*found)] if found else []
             continue
         best = best_point(linearised, Named(effect), grid_of(effect, linearised))
-        for _ in range(_REFINEMENTS):
+        for level in range(_REFINEMENTS):
             if best is None or best.gain < _DULL * linearised.dispersion:
                 break
             if all(p.role != "shape" for p in effect.parameters):
                 break
-            finer = best_point(linearised, Named(effect), around(effect, best.term.q, _))
+            finer = best_point(linearised, Named(effect), around(effect, best.term.q, level))
             if finer is not None and finer.gain > best.gain:
                 best = finer
         if best is not None:
