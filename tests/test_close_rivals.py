@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from drill_env.diagnosis import rivals
 from drill_env.diagnosis import search as module
 from drill_env.diagnosis.rounds import Attempt, Round
 from drill_env.diagnosis.terms import Named, Term
@@ -30,7 +31,9 @@ def refined(monkeypatch, criteria, ends):
         return fit_of(-ends[fit.terms[0].id], fit.terms[0].id)
 
     monkeypatch.setattr(module, "polished", polished)
-    found, fit = module._refined(None, Round(base, (), named, ()), lambda text: None)
+    found, fit = module._refined(
+        None, Round(base, (), named, ()), list(LIBRARY.values()), lambda text: None
+    )
     return {a.term.id: a.criterion for a in found.named}, fit.terms[0].id, carried
 
 
@@ -53,3 +56,31 @@ def test_a_name_far_behind_is_not_refined(monkeypatch):
     named, best, carried = refined(monkeypatch, criteria, {"gear_compliance": 12900.0})
     assert best == "gear_compliance" and carried == ["gear_compliance"]
     assert named == criteria
+
+
+NUMBERS = {"motor_share": 0.53, "frequency": 22.5, "friction_share": 0.2, "damping": 0.046}
+
+
+@pytest.mark.parametrize(("gap", "gain", "name"), [
+    (1e-4, 3.0, "gear_compliance"),
+    (1e-4, -3.0, "gear_backlash"),
+    (0.02, 3.0, "gear_backlash"),
+])  # fmt: skip
+def test_a_gear_whose_play_closed_is_a_springy_one(monkeypatch, gap, gain, name):
+    """Of 48000 rows of a springy gear a play of 0.0001 rad was told, and rejected as no number."""
+
+    def evaluate(setting, vector, terms, noise, starts, motions):
+        return SimpleNamespace(bic=-gain, terms=terms)
+
+    monkeypatch.setattr(rivals, "evaluate", evaluate)
+    monkeypatch.setattr(rivals, "polished", lambda setting, fit: fit)
+    effect = LIBRARY["gear_backlash"]
+    told = {"gap": gap, **NUMBERS}
+    term = Term(Named(effect), np.array([told[p.name] for p in effect.parameters]))
+    start = SimpleNamespace(bic=0.0, terms=(term,), vector=0, noise=0, starts=(), motions=())
+    found = rivals.at_limits(None, start, list(LIBRARY.values())).terms[0]
+    numbers = dict(
+        zip((p.name for p in found.source.effect.parameters), found.q.tolist(), strict=True)
+    )
+    assert found.id == name
+    assert numbers == (NUMBERS if name == "gear_compliance" else told)

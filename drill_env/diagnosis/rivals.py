@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import added, without
 from drill_env.diagnosis.joint import WORTH_A_ROUND, descend_jointly, polished
 from drill_env.diagnosis.lost_counts import LostCounts
-from drill_env.diagnosis.rounds import NEEDED, Round
+from drill_env.diagnosis.rounds import NEEDED, Round, limit_reached
+from drill_env.diagnosis.terms import Named, Term
+from drill_env.effects import Effect
 
 _TRY_ROUNDS, _RIVAL_ROUNDS = 6, 10
 # Of the round in which a term was found, tried again beside what was found later.
@@ -56,6 +61,26 @@ def against_rivals(setting: Setting, fit: Fit, rounds: Sequence[Round]) -> Fit:
         return fit
     fewer = _without(setting, fit, last)
     return fewer if fewer.bic - fit.bic < NEEDED else fit
+
+
+def at_limits(setting: Setting, fit: Fit, effects: Sequence[Effect]) -> Fit:
+    """The fit with the simpler effect in place of one whose numbers came to where it is that.
+
+    Args:
+        setting: recordings and free parameters.
+        fit: at its peak.
+        effects: the library.
+    """
+    for place, term in enumerate(fit.terms):
+        other = next((e for e in effects if e.id == limit_reached(term)), None)
+        if isinstance(term.source, Named) and other is not None:
+            names = [p.name for p in term.source.effect.parameters]
+            q = np.array([term.q[names.index(p.name)] for p in other.parameters])
+            simpler = Term(replace(term.source, effect=other, probe=()), q)
+            terms = (*fit.terms[:place], simpler, *fit.terms[place + 1 :])
+            here = evaluate(setting, fit.vector, terms, fit.noise, fit.starts, fit.motions)
+            fit = min(fit, polished(setting, here), key=lambda there: there.bic)
+    return fit
 
 
 def _without(setting: Setting, fit: Fit, place: int) -> Fit:

@@ -151,12 +151,18 @@ def at_its_limit(attempt: Attempt, others: Sequence[Attempt]) -> bool:
         return bool(attempt.term.q[-1] > _SLOW * _longest(attempt))
     if source.effect.rigs_own_if_early:
         return bool(attempt.term.q[-1] < _EARLY * _longest(attempt))
-    if source.effect.limit is None:
-        return False
-    name, other = source.effect.limit
-    place = [p.name for p in source.effect.parameters].index(name)
-    least = source.effect.parameters[place].low
-    return attempt.term.q[place] <= _AT_LIMIT * least and any(a.term.id == other for a in others)
+    other = limit_reached(attempt.term)
+    return other is not None and any(a.term.id == other for a in others)
+
+
+def limit_reached(term: Term) -> str | None:
+    """The effect that a term is in the limit of its numbers, if they came there."""
+    if not isinstance(term.source, Named) or term.source.effect.limit is None:
+        return None
+    name, other = term.source.effect.limit
+    place = [p.name for p in term.source.effect.parameters].index(name)
+    least = term.source.effect.parameters[place].low
+    return other if term.q[place] <= _AT_LIMIT * least else None
 
 
 def at_range_end(term: Term) -> bool:

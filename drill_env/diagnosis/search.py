@@ -28,7 +28,7 @@ from drill_env.diagnosis.in_filter import within_filter
 from drill_env.diagnosis.joint import SIZES, TORQUES, polished
 from drill_env.diagnosis.linearised import Linearised, linearised_at
 from drill_env.diagnosis.lost_counts import broken_counts, slips
-from drill_env.diagnosis.rivals import against_rivals
+from drill_env.diagnosis.rivals import against_rivals, at_limits
 from drill_env.diagnosis.rounds import (
     BELIEVED,
     NEEDED_BESIDE,
@@ -194,21 +194,23 @@ def find(
     here, rounds = _sought(setting, base, effects, most, report)
     report("asking again what was found first")
     terms = len(here.terms)
-    here = against_rivals(setting, here, rounds)
+    here = at_limits(setting, against_rivals(setting, here, rounds), effects)
     if terms > len(here.terms) == 1:
         rounds = [restated(rounds[0], here)]
     here = within_filter(setting, here, report)
     return Found(setting, base, tuple(rounds), here)
 
 
-def _refined(setting: Setting, found: Round, report: Report) -> tuple[Round, Fit]:
+def _refined(
+    setting: Setting, found: Round, effects: Sequence[Effect], report: Report
+) -> tuple[Round, Fit]:
     """The best name of a round carried to its end, and a close rival, which may then be better."""
     fits = []
     for attempt in found.named[:2]:
         if attempt.criterion > found.named[0].criterion - NEEDED_BESIDE:
             report(f"refining {attempt.term.id}")
-            fits.append(polished(setting, attempt.fit))
-    if len(fits) == 1:
+            fits.append(at_limits(setting, polished(setting, attempt.fit), effects))
+    if [fit.terms[-1].id for fit in fits] == [found.named[0].term.id]:
         return found, fits[0]
     # Each had been told along a motion of its own of some rounds ago. The better one keeps the lead
     # over the names that are not refined, the other one falls behind by what it is worse.
@@ -216,7 +218,7 @@ def _refined(setting: Setting, found: Round, report: Report) -> tuple[Round, Fit
     lead = found.named[0].criterion - attempted(found.before, best).criterion
     told = [attempted(found.before, fit) for fit in fits]
     told = [replace(a, gain=a.gain + lead, criterion=a.criterion + lead) for a in told]
-    return replace(found, named=tuple(best_of_each([*told, *found.named[2:]]))), best
+    return replace(found, named=tuple(best_of_each([*told, *found.named[len(fits) :]]))), best
 
 
 def _sought(
@@ -237,7 +239,7 @@ def _sought(
         if chosen is None or chosen.criterion < needed:
             break
         first = not here.terms
-        rounds[-1], here = _refined(setting, found, report)
+        rounds[-1], here = _refined(setting, found, effects, report)
         if first and nameless(found):
             # Beside what a free shape explains far better no second name is worth a search.
             break
