@@ -11,7 +11,7 @@ from drill_env._errors import InputError
 
 if TYPE_CHECKING:
     from drill_env.parameters import Rig
-    from drill_env.recordings import RecordingSet
+    from drill_env.recordings import RecordingSet, RecordingWarning
 
 
 def read_set(
@@ -51,22 +51,32 @@ def read_set(
     return found
 
 
-def look_over(found: RecordingSet, rig: Rig | None, *, incomplete: bool = False) -> None:
+def look_over(
+    found: RecordingSet, rig: Rig | None, *, incomplete: bool = False, strict: bool = True
+) -> list[RecordingWarning]:
     """Warn of what is doubtful in recordings.
 
     Args:
         found: the recordings.
         rig: the rig if it is known.
         incomplete: physics may be missing from it.
+        strict: whether a recording that cannot come from a rig is an error and no warning.
+
+    Returns:
+        The warnings.
 
     Raises:
-        InputError: a recording cannot come from a rig.
+        InputError: a recording cannot come from a rig, and that is an error.
     """
-    from drill_env.identification.screening import screen
+    from drill_env.identification.screening import findings, screen
 
+    told = []
     for recording in (*found.fit, *found.holdout):
-        for remark in screen(recording, rig, incomplete=incomplete):
+        seen = screen(recording, rig, incomplete=incomplete) if strict else findings(recording, rig)
+        for remark in seen:
             warnings.warn(remark, stacklevel=2)
+            told.append(remark)
+    return told
 
 
 def _check_once(paths: Sequence[Path]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -60,6 +61,12 @@ FixOption = Annotated[
         show_default=False,
     ),
 ]
+StrictOption = Annotated[
+    bool,
+    typer.Option(
+        "--strict", help="Refuse a recording that no such rig can make; otherwise it is a warning."
+    ),
+]
 SeedOption = Annotated[int, typer.Option(min=0, help="Seed of the noise floor and intervals.")]
 
 
@@ -75,6 +82,7 @@ def diagnose_command(
     doubt: DoubtOption = 0.05,
     fix: FixOption = None,
     seed: SeedOption = 0,
+    strict: StrictOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Find the physics that the rig's model leaves out of recordings, and model it.
@@ -88,6 +96,7 @@ def diagnose_command(
     """
     from drill_env.diagnosis.bounded import bounded
     from drill_env.diagnosis.diagnose import diagnose
+    from drill_env.diagnosis.doubtful import with_remarks
     from drill_env.diagnosis.options import DiagnosisOptions
     from drill_env.report.diagnosis_files import diagnosis_texts, write_diagnosis
 
@@ -104,11 +113,13 @@ def diagnose_command(
     # What the recordings look like is told before the minutes of work.
     with remarks():
         recordings = read_set(fit, mapping or [], holdout or [])
-        look_over(recordings, None if rig is None else start, incomplete=True)
+        known = None if rig is None else start
+        doubts = look_over(recordings, known, incomplete=True, strict=strict)
         fitted, held = bounded(recordings.fit, recordings.holdout)
     with remarks(), progress_bar() as bar:
         report = stages(bar)
         found = diagnose(fitted, start, held, options=options, report=report)
+        found = replace(found, result=with_remarks(found.result, doubts))
         report("writing the report")
         write_diagnosis(diagnosis_texts(found), out)
     if as_json:

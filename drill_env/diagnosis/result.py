@@ -201,6 +201,7 @@ class DiagnosisResult:
     recordings: dict[str, list[str]] = field(default_factory=dict)
     grades: Grade | None = None
     predictions: list[list[Prediction]] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""

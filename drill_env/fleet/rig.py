@@ -10,10 +10,11 @@ from typing import Any
 
 from drill_env._errors import InputError, printable
 from drill_env.diagnosis.diagnose import Diagnosis, diagnose
+from drill_env.diagnosis.doubtful import with_remarks
 from drill_env.diagnosis.since import Since, since
 from drill_env.fleet.row import row_of
 from drill_env.fleet.settings import RIG_FILE, FleetSettings, digest_of_rig
-from drill_env.identification.screening import screen
+from drill_env.identification.screening import findings
 from drill_env.parameters import Rig, load_rig
 from drill_env.recordings import RecordingSet, RecordingWarning, read_folder
 from drill_env.report.diagnosis_files import diagnosis_texts
@@ -64,11 +65,13 @@ def diagnose_rig(task: RigTask, settings: FleetSettings) -> RigAnswer | None:
         options = replace(settings.options, given_rig=path.is_file())
         newest = newest_of(recordings)
         found = diagnose(newest.fit, rig, newest.holdout, options=options)
+        remarks = _remarks(heard)
+        found = replace(found, result=with_remarks(found.result, remarks))
         row = row_of(found.result, _since(found, recordings, newest))
         texts = diagnosis_texts(found)
     row |= {
         "name": task.folder.name, "cpu_s": time.process_time() - began, "error": None,
-        "remarks": _remarks(heard), "digest": digest,
+        "remarks": "; ".join(printable(r) for r in remarks) or None, "digest": digest,
     }  # fmt: skip
     return RigAnswer(row, texts)
 
@@ -77,7 +80,7 @@ def _look_over(found: RecordingSet, folder: Path, given: Rig | None) -> None:
     if not found.fit:
         raise InputError(f"{folder}: no recording to fit; give one the role fit")
     for recording in (*found.fit, *found.holdout):
-        for remark in screen(recording, given, incomplete=True):
+        for remark in findings(recording, given):
             warnings.warn(remark, stacklevel=2)
 
 
@@ -107,8 +110,7 @@ def _since(found: Any, whole: RecordingSet, newest: RecordingSet) -> Since | Non
     return since(found, {name: told.date for name, told in whole.settings.items()}, older)
 
 
-def _remarks(heard: list[warnings.WarningMessage]) -> str | None:
-    """What is doubtful in the recordings; that a fleet has no manifests is usual."""
+def _remarks(heard: list[warnings.WarningMessage]) -> list[RecordingWarning]:
+    """What is doubtful in the recordings, each once; that a fleet has no manifests is usual."""
     told = [w.message for w in heard if isinstance(w.message, RecordingWarning)]
-    kept = dict.fromkeys(printable(m) for m in told if m.code != "no_manifest")
-    return "; ".join(kept) or None
+    return list({str(m): m for m in told if m.code != "no_manifest"}.values())
