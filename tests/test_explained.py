@@ -90,3 +90,18 @@ def test_what_one_span_alone_speaks_against_stands_within_its_standard_error():
 
 def test_friction_that_most_machines_have_stands_beside_whatever_else_is_missing():
     assert decide("upper_coulomb", 1e-2, 9e-3, 1e-4).final.terms
+
+
+def test_a_name_with_which_more_is_predicted_wrongly_stands_on_no_scatter():
+    """A copied column was called a springy gear: error 1.28 rad where it had been 1.13 rad."""
+    spans = np.ones(10)
+    spans[3] = 60.0
+    before, after = judged_with(1e-2), judged_with(1e-3, spans)
+    noise = judged_with(1e-4).short
+    found = that_explain(
+        found_with("lower_resonator"), [before], [after], {"short": [noise]}, Criteria()
+    )
+    assert found.explained is not None
+    assert found.explained < 0.0
+    assert not found.final.terms
+    assert "err no less" in str(found.reason)

@@ -60,7 +60,7 @@ def that_explain(
     """What was found, its names rejected where they explain too little of unseen recordings.
 
     A name must take away the share of the error beyond noise that it must explain of a free
-    function, within the share's standard error. What the fit takes for noise is none where it
+    function, within the share's standard error, and some of it at all. What the fit takes for noise is none where it
     would give twice the squared error that is there: then the sensors' noise alone is. A name that
     most machines have stands beside whatever else is missing, and what happened once is foreseen
     by nothing.
@@ -82,9 +82,13 @@ def that_explain(
     share, error = _share(*kinds, sensor)
     found = replace(found, explained=share)
     # Within its standard error a share is no less than what it must be.
-    if share + CONFIDENT * error >= criteria.share:
+    if share > 0.0 and share + CONFIDENT * error >= criteria.share:
         return found
-    reason = f"it removes only {share:.0%} of the squared error of unseen 5 s predictions"
+    reason = (
+        f"it removes only {share:.0%} of the squared error of unseen 5 s predictions"
+        if share > 0.0
+        else "with it unseen 5 s predictions err no less than without it"
+    )
     return replace(found, final=found.base, refuted=found.final, reason=reason)
 
 
