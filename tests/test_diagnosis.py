@@ -47,6 +47,7 @@ def test_a_concealed_unbalance_is_named_located_and_modelled(unbalanced):
     found = diagnose(fit, Rig(), [held], options=known)
     result = found.result
     assert result.verdict == "missing_physics"
+    assert result.complete and not any("ended early" in line for line in result.sentences)
     assert [effect.id for effect in result.effects] == ["unbalance"]
     assert result.located is not None
     assert (result.located.component, result.located.depends_on) == ("lower", "theta_l")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import math
 import os
+import signal
+import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator
@@ -20,6 +22,8 @@ from drill_env._errors import InputError, printable
 from drill_env.parameters import Rig, load_rig
 
 if TYPE_CHECKING:
+    from types import FrameType
+
     from rich.progress import Progress
     from rich.table import Table
 
@@ -83,18 +87,46 @@ def progress_bar() -> Progress:
     return Progress(console=console, transient=True, disable=not console.is_terminal)
 
 
-def stages(bar: Progress) -> Callable[[str], None]:
-    """Tells what is being done: on the bar or, where nobody watches, in a line now and then."""
-    task, last = bar.add_task("reading", total=None), time.monotonic()
+def stages(
+    bar: Progress, most: float = math.inf, asked: threading.Event | None = None
+) -> Callable[[str], bool]:
+    """Tells what is being done: on the bar or, where nobody watches, in a line now and then.
 
-    def tell_stage(text: str) -> None:
+    Args:
+        bar: of `progress_bar`.
+        most: CPU seconds that the work takes at most.
+        asked: set once the work is to end; that is what the report returns.
+    """
+    task, last, began = bar.add_task("reading", total=None), time.monotonic(), time.process_time()
+
+    def tell_stage(text: str) -> bool:
         nonlocal last
-        bar.update(task, description=text)
+        spent = time.process_time() - began
+        left = "" if math.isinf(most) else f" ({spent:.0f} of at most {most:.0f} s)"
+        bar.update(task, description=text + left)
         if bar.disable and time.monotonic() - last > SILENT:
-            tell(f"{text} ...")
+            tell(f"{text}{left} ...")
             last = time.monotonic()
+        return asked is not None and asked.is_set()
 
     return tell_stage
+
+
+@contextmanager
+def first_interrupt() -> Iterator[threading.Event]:
+    """An event that the first interrupt sets; the second one interrupts."""
+    asked, usual = threading.Event(), signal.getsignal(signal.SIGINT)
+
+    def note(number: int, frame: FrameType | None) -> None:
+        asked.set()
+        signal.signal(number, usual)
+        tell("ending with what is known; interrupt again to stop at once")
+
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield asked
+    finally:
+        signal.signal(signal.SIGINT, usual)
 
 
 def show(table: Table) -> None:

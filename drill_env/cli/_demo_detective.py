@@ -14,7 +14,7 @@ HIDDEN = {"id": "brake_runout", "runout": 0.08, "phase": 0.7, "order": 1.0}
 _SECONDS = 30.0
 
 
-def find_hidden_effect(out: Path, report: Callable[[str], None]) -> dict[str, Any]:
+def find_hidden_effect(out: Path, report: Callable[[str], bool | None]) -> dict[str, Any]:
     """Simulate two recordings of a rig with the effect, diagnose them and write the report.
 
     Args:

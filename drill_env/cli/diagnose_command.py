@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
@@ -14,6 +15,7 @@ from drill_env.cli._common import (
     JsonOption,
     MapOption,
     RigOption,
+    first_interrupt,
     output_folder,
     print_json,
     progress_bar,
@@ -67,6 +69,10 @@ StrictOption = Annotated[
         "--strict", help="Refuse a recording that no such rig can make; otherwise it is a warning."
     ),
 ]
+ThoroughOption = Annotated[
+    bool,
+    typer.Option("--thorough", help="Search to the end, not for two minutes of CPU at most."),
+]
 SeedOption = Annotated[int, typer.Option(min=0, help="Seed of the noise floor and intervals.")]
 
 
@@ -83,6 +89,7 @@ def diagnose_command(
     fix: FixOption = None,
     seed: SeedOption = 0,
     strict: StrictOption = False,
+    thorough: ThoroughOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Find the physics that the rig's model leaves out of recordings, and model it.
@@ -90,7 +97,8 @@ def diagnose_command(
     The rig is fitted first; then every effect of the library is scored, the best are fitted
     together with the rig and the noise, and what the data demand is kept if it helps on
     recordings that were held out. Writes index.html, diagnosis.json and rig-extended.toml. Four
-    recordings of a minute take half a minute of CPU, two or three minutes on some rigs.
+    recordings of a minute take half a minute of CPU, two at most unless --thorough is given. An
+    interrupt ends the search with what it knows.
 
     Example: drill-env diagnose fit-*.csv --holdout hold.csv --out report
     """
@@ -109,6 +117,8 @@ def diagnose_command(
         doubt=doubt,
         seed=seed,
     )
+    if thorough:
+        options = replace(options, seconds=math.inf)
     start = _start(rig, start_friction)
     # What the recordings look like is told before the minutes of work.
     with remarks():
@@ -116,8 +126,8 @@ def diagnose_command(
         known = None if rig is None else start
         doubts = look_over(recordings, known, incomplete=True, strict=strict)
         fitted, held = bounded(recordings.fit, recordings.holdout)
-    with remarks(), progress_bar() as bar:
-        report = stages(bar)
+    with remarks(), progress_bar() as bar, first_interrupt() as asked:
+        report = stages(bar, options.seconds, asked)
         found = diagnose(fitted, start, held, options=options, report=report)
         found = replace(found, result=with_remarks(found.result, doubts))
         report("writing the report")

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from drill_env._watch import Report
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import added, with_new_motions
@@ -60,7 +61,9 @@ def attempted(before: Fit, fit: Fit) -> Attempt:
     return Attempt(fit, fit.terms[-1], before.value - fit.value, before.bic - fit.bic)
 
 
-def heated(setting: Setting, fit: Fit, done: list[Attempt], only: Sequence[int]) -> list[Attempt]:
+def heated(
+    setting: Setting, fit: Fit, done: list[Attempt], only: Sequence[int], report: Report
+) -> list[Attempt]:
     """More rounds for the more hopeful ones, the best first; `only` as in `carried_on`."""
     resting: set[str] = set()
     for heat, (rounds, hope, most, anew) in enumerate(_HEATS):
@@ -69,6 +72,8 @@ def heated(setting: Setting, fit: Fit, done: list[Attempt], only: Sequence[int])
         least = max(hope * done[0].gain, 5.0) if done else 0.0
         for i, a in enumerate(done[:most]):
             if a.gain > least and a.term.id not in resting:
+                if report(f"carrying on {a.term.id}"):
+                    return sorted(done, key=lambda a: -a.gain)
                 after = carried_on(
                     setting, fit, a.fit, rounds, anew=anew, only=only,
                     goal=goal_of(fit, a, done), later=later,

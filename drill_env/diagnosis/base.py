@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from drill_env._errors import InputError
+from drill_env._watch import Report
 from drill_env.diagnosis.clock import cleaned, with_uncertain_times
 from drill_env.diagnosis.extended import evaluate, motion_of
 from drill_env.diagnosis.faults import clock_jitter
@@ -22,7 +23,6 @@ from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
 from drill_env.prediction.given import given_numbers
 
-Report = Callable[[str], None]
 _RELEASE, _ROUNDS = 6.0, 25
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from threadpoolctl import threadpool_limits
 
 from drill_env._types import FloatArray
+from drill_env._watch import Report
 from drill_env.diagnosis.answer_by_prediction import answer_by_prediction
 from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.clock import cleaned
@@ -31,8 +32,6 @@ from drill_env.prediction.offer import candidates_for, free_names
 from drill_env.prediction.search import Fold, folds_of
 from drill_env.prediction.setting import Setting
 from drill_env.recordings import Recording
-
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,7 +73,7 @@ def diagnose_by_prediction(
         rig: where to start; its effects are part of it.
         holdout: recordings to judge by; without them each recording is cut in two.
         options: of the diagnosis.
-        report: told what is being done.
+        report: told what is done next, see `Report`.
         criteria: of the decision.
 
     Raises:
@@ -107,7 +106,7 @@ def diagnose_by_prediction(
 
         choices, fits, fold, leads = look(criteria.horizons[0])
         for horizon in criteria.horizons[1:]:
-            if any(c.chosen is not None for c in choices):
+            if any(c.chosen is not None for c in choices) or report("looking further ahead"):
                 break
             choices, fits, fold, leads = look(horizon)
         report("intervals")

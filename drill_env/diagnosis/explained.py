@@ -60,10 +60,10 @@ def that_explain(
     """What was found, its names rejected where they explain too little of unseen recordings.
 
     A name must take away the share of the error beyond noise that it must explain of a free
-    function, within the share's standard error, and some of it at all. What the fit takes for noise is none where it
-    would give twice the squared error that is there: then the sensors' noise alone is. A name that
-    most machines have stands beside whatever else is missing, and what happened once is foreseen
-    by nothing.
+    function, within the share's standard error, and some of it at all. What the fit takes for noise
+    is none where it would give twice the squared error that is there: then the sensors' noise alone
+    is. A name that most machines have stands beside whatever else is missing, and what happened
+    once is foreseen by nothing.
 
     Args:
         found: the search, decided.

@@ -8,12 +8,13 @@ numbers, and the highest one may show only after the rig has followed: descents 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from drill_env._types import FloatArray
+from drill_env._watch import Report
 from drill_env.diagnosis.attempts import attempted, goal_of
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
@@ -26,8 +27,6 @@ from drill_env.diagnosis.rounds import NEEDED, Attempt, is_named
 from drill_env.diagnosis.stiction_starts import alone
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import Effect
-
-Report = Callable[[str], None]
 
 # Peaks at which descents begin, and rounds of the one that goes on.
 _PEAKS, _ROUNDS = 3, 12
@@ -56,7 +55,7 @@ def descended(
         linearised: where they join.
         effects: they.
         done: attempts with others.
-        report: told what is being done.
+        report: told what is done next, see `Report`.
     """
     setting, fit, found = linearised.setting, linearised.fit, list(done)
     if not effects:
@@ -70,7 +69,8 @@ def descended(
     if names:
         best = min(best, _fitted_alone(*alone(setting, names[0].fit, worst)))
     for effect in effects:
-        report(f"trying {effect.id}")
+        if report(f"trying {effect.id}"):
+            break
         source, points = Named(effect), grid_of(effect, linearised)
         price = NEEDED + len(effect.parameters) * math.log(max(fit.count, 2))
         wanted = max(price / len(setting.samples), _BESIDE * (plain - best))

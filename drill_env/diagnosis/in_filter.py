@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from drill_env._types import FloatArray
+from drill_env._watch import Report
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.joint import polished
@@ -21,7 +22,7 @@ _PROBINGS = 2
 _NEAREST, _FURTHEST = 1e-4, 0.05
 
 
-def within_filter(setting: Setting, fit: Fit, report: Callable[[str], None]) -> Fit:
+def within_filter(setting: Setting, fit: Fit, report: Report) -> Fit:
     """The fit with its effects at the filter's own state where their numbers need that.
 
     A drive's torque follows from when the disc is released and held, which the smoothed motion

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
+from drill_env._watch import Report
 from drill_env.diagnosis.attempts import restated
 from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.extended import evaluate
@@ -50,7 +51,7 @@ class LawFit:
 
 def law_fit(
     samples: Sequence[Samples], rig: Rig, plain: Found, effects: Sequence[Effect], most: int,
-    report: Callable[[str], None], doubt: float = 0.05, fixed: Container[str] = (),
+    report: Report, doubt: float = 0.05, fixed: Container[str] = (),
 ) -> tuple[LawFit | None, Found]:  # fmt: skip
     """The search with the humped law, if it is another one, and the search with the rig's own law.
 

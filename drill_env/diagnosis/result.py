@@ -202,6 +202,7 @@ class DiagnosisResult:
     grades: Grade | None = None
     predictions: list[list[Prediction]] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
+    complete: bool = True
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""

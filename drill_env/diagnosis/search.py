@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from drill_env._watch import Report
 from drill_env.diagnosis.attempts import (
     FIRST_ROUNDS,
     attempted,
@@ -20,7 +21,7 @@ from drill_env.diagnosis.attempts import (
     with_resonances_retuned,
 )
 from drill_env.diagnosis.base import cleaned_base
-from drill_env.diagnosis.first_look import first_look
+from drill_env.diagnosis.first_look import Look, first_look
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import own_values
 from drill_env.diagnosis.grid_starts import descended, has_peaks
@@ -57,8 +58,6 @@ _TRIED, _TRIED_SHAPES, _TRIED_WAVES = 6, 3, 2
 # reaches. Beside what was found more is needed, and where the noise is usual scores are true.
 _WORTH, _WORTH_BESIDE, _WORTH_BESIDE_IF_USUAL = -15.0, 0.0, 10.0
 
-Report = Callable[[str], None]
-
 
 def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report) -> Round:
     """Look for one more effect at a fit.
@@ -67,7 +66,7 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
         setting: recordings and free parameters.
         fit: where to look.
         effects: the library.
-        report: told what is being done.
+        report: told what is done next, see `Report`.
     """
     report("scoring the library")
     linearised = linearised_at(setting, fit)
@@ -77,16 +76,18 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     noise = unusual(setting, fit)
     scores = _scores(linearised, [e for e in others if not noise or e not in peaked], effects)
     done: list[Attempt] = []
-    for start in _starts(setting, fit, _hopeful(linearised, scores, effects, bool(noise))):
-        report(f"trying {start.terms[-1].id}")
+    hopeful = _hopeful(linearised, scores, effects, bool(noise))
+    for start in _starts(setting, fit, hopeful, report):
+        if report(f"trying {start.terms[-1].id}") and done:
+            break
         done.append(carried_on(setting, fit, start, FIRST_ROUNDS))
-    done = heated(setting, fit, done, TORQUES if noise else SIZES)
+    done = heated(setting, fit, done, TORQUES if noise else SIZES, report)
     done = settled_within(setting, fit, done, TORQUES if noise else SIZES)
     asked = peaked if _left_unusual(setting, fit, done) else confused_with(done, peaked)
     done = descended(linearised, asked, done, report)
     done = with_resonances_retuned(setting, fit, done)
-    if noise and _left_unusual(setting, fit, done):
-        report("trying with the usual noise")
+    tight = bool(noise) and _left_unusual(setting, fit, done)
+    if tight and not report("trying with the usual noise"):
         done = sorted([*done, *tightened(setting, fit, done, noise)], key=lambda a: -a.gain)
     done = [a for a in best_of_each(done) if not faint(a.term, a.gain)]
     done = [a for a in done if not broken_counts(a.term, setting.samples)]
@@ -160,10 +161,14 @@ def _least(fit: Fit, noisy: bool) -> float:
     return _WORTH_BESIDE if noisy else _WORTH_BESIDE_IF_USUAL
 
 
-def _starts(setting: Setting, fit: Fit, hopeful: Sequence[Scored]) -> list[Fit]:
+def _starts(setting: Setting, fit: Fit, hopeful: Sequence[Scored], report: Report) -> list[Fit]:
     """Where the candidates of most promise start: names, shapes, waves and strikes."""
     own = own_values(setting, fit)
-    looks = [first_look(setting, fit, s, own) for s in hopeful]
+    looks: list[Look] = []
+    for scored in hopeful:
+        if report(f"looking at {scored.term.id}") and looks:
+            break
+        looks.append(first_look(setting, fit, scored, own))
     looks.sort(key=lambda look: -look.gain)
     names = [look for look in looks if is_named(look.term)]
     free = [look for look in looks if not is_named(look.term)]
@@ -192,9 +197,9 @@ def find(
     """
     setting, base = cleaned_base(samples, rig, free, doubt, report)
     here, rounds = _sought(setting, base, effects, most, report)
-    report("asking again what was found first")
     terms = len(here.terms)
-    here = at_limits(setting, against_rivals(setting, here, rounds), effects)
+    if terms and not report("asking again what was found first"):
+        here = at_limits(setting, against_rivals(setting, here, rounds), effects)
     if terms > len(here.terms) == 1:
         rounds = [restated(rounds[0], here)]
     here = within_filter(setting, here, report)
@@ -232,6 +237,8 @@ def _sought(
     here, rounds = base, []
     # A step of an encoder that was overlooked is no other effect and takes no effect's place.
     while len({term.id for term in here.terms}) < most and len(rounds) <= most:
+        if rounds and report("looking for more"):
+            break
         found = search(setting, here, effects, report)
         rounds.append(found)
         needed = NEEDED_BESIDE if here.terms else BELIEVED

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from drill_env._watch import ASKED
 from drill_env.diagnosis.residual_torque import PREDICTABLE
 from drill_env.diagnosis.result import DiagnosisResult, NamedEffect, digits_of
 
@@ -224,3 +225,16 @@ def _nearer(result: DiagnosisResult) -> list[str]:
                 "(root mean square)."
             )
     return lines
+
+
+def ended_early(by: str) -> str:
+    """That a search was ended, and how to let it go on.
+
+    Args:
+        by: of `Watch.ended`.
+    """
+    cause = "when it was asked to" if by == ASKED else f"after {by}"
+    return (
+        f"The search ended early, {cause}: not everything was tried. Let it go on with --thorough, "
+        "or options.seconds."
+    )

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from drill_env._watch import Report
 from drill_env.prediction.candidate import Candidate
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.fit import Fit, fit
 from drill_env.prediction.rule import NO_GRADES, Entrant, Grades, chosen
 from drill_env.prediction.search import Fold, Round, Tried, searched
-
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,7 +83,7 @@ def explained(
         candidates: on offer.
         criteria: of the decision.
         most: things that are looked for.
-        report: told what is being done.
+        report: told what is done next, see `Report`.
 
     Returns:
         A choice for each round, the last of which may have found nothing, and the fits with all
@@ -94,6 +93,8 @@ def explained(
     here = tuple(fit(f.setting, f.setting.centre) for f in folds)
     choices: list[Choice] = []
     while len(choices) < most:
+        if choices and report("looking for more"):
+            break
         taken = {c.chosen.candidate.id for c in choices if c.chosen is not None}
         offered = [c for c in candidates if c.id not in taken]
         choice = decided(searched(folds, here, offered, report), criteria)

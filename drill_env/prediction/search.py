@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from drill_env._types import FloatArray
+from drill_env._watch import Report
 from drill_env.prediction.candidate import Candidate
 from drill_env.prediction.compare import Row, row_of
 from drill_env.prediction.cut import Cut
@@ -15,7 +16,6 @@ from drill_env.prediction.fit import Fit, fit
 from drill_env.prediction.screen import screened
 from drill_env.prediction.setting import Setting
 
-Report = Callable[[str], None]
 # Candidates that are fitted after the first look.
 _NAMES, _SHAPES = 12, 3
 
@@ -73,7 +73,7 @@ def searched(
         folds: what is fitted and what judges.
         before: the model, one fit for each fold.
         candidates: on offer.
-        report: told what is being done.
+        report: told what is done next, see `Report`.
     """
     report("scoring the library")
     looks = [{look.candidate.id: look for look in screened(b, candidates)} for b in before]
@@ -89,7 +89,8 @@ def searched(
     order = sorted(worth, key=lambda c: -gains[c.id])
     for named, most in ((True, _NAMES), (False, _SHAPES)):
         for candidate in [c for c in order if (c.effect is not None) == named][:most]:
-            report(f"trying {candidate.id}")
+            if report(f"trying {candidate.id}") and tried[named]:
+                break
             fits = tuple(
                 fit(b.setting, b.vector, (*b.candidates, candidate),
                     (*b.numbers, look[candidate.id].numbers))

@@ -1,0 +1,45 @@
+"""How long a search goes on, and who may end it."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+
+Report = Callable[[str], bool | None]
+"""Told what is done next; where it returns True, what can be left out is left out."""
+
+
+ASKED = "asked"
+"""That somebody asked for the end."""
+
+
+class Watch:
+    """A report that ends a search when its time is over or when somebody asks for it.
+
+    What ended stays ended: whatever is told after that is left out, too, where it can be.
+
+    Attributes:
+        ended: what the search was ended by, empty if it was not.
+    """
+
+    def __init__(self, report: Report, seconds: float = math.inf) -> None:
+        """Begin.
+
+        Args:
+            report: told what is done next, and asked whether to end.
+            seconds: of this process' CPU after which the search is ended. Unlike the clock's, they
+                do not depend on what else the machine does.
+        """
+        self.report, self.seconds = report, seconds
+        self.ended = ""
+        self._began = time.process_time()
+
+    def __call__(self, text: str) -> bool:
+        """Tell what is done next; returns whether to leave it out if that is possible."""
+        asked = self.report(text) is True
+        if not self.ended and asked:
+            self.ended = ASKED
+        elif not self.ended and time.process_time() - self._began > self.seconds:
+            self.ended = f"{self.seconds:g} s of CPU"
+        return bool(self.ended)

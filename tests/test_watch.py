@@ -1,0 +1,91 @@
+"""A search that ends early: by its time, by a report that asks for it, by an interrupt."""
+
+from __future__ import annotations
+
+import signal
+import time
+
+import pytest
+
+from benchmarks.concealed.recordings import Hidden
+from drill_env import InputError, Rig
+from drill_env._watch import Watch
+from drill_env.cli._common import first_interrupt
+from drill_env.diagnosis.diagnose import diagnose
+from drill_env.diagnosis.options import DiagnosisOptions
+from drill_env.effects import LIBRARY
+from tests.made_recordings import made
+
+
+def test_a_search_ends_when_its_time_is_over_and_stays_ended():
+    watch = Watch(lambda text: None, 0.05)
+    assert not watch("one")
+    began = time.process_time()
+    while time.process_time() - began < 0.06:
+        pass
+    assert watch("two")
+    assert watch("three")
+    assert watch.ended == "0.05 s of CPU"
+
+
+def test_a_search_ends_when_its_report_asks_for_it():
+    told = []
+
+    def report(text):
+        told.append(text)
+        return text == "two"
+
+    watch = Watch(report)
+    assert [watch(text) for text in ("one", "two", "three")] == [False, True, True]
+    assert told == ["one", "two", "three"]
+
+
+def test_no_time_is_an_error():
+    with pytest.raises(InputError, match="seconds is 0"):
+        DiagnosisOptions(seconds=0)
+
+
+def test_the_first_interrupt_asks_and_the_second_one_interrupts(capsys):
+    usual = signal.getsignal(signal.SIGINT)
+    with first_interrupt() as asked:
+        assert not asked.is_set()
+        signal.raise_signal(signal.SIGINT)
+        assert asked.is_set()
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+    assert signal.getsignal(signal.SIGINT) is usual
+    assert "interrupt again" in capsys.readouterr().err
+
+
+def offered(*names):
+    return DiagnosisOptions(leave_out=tuple(n for n in LIBRARY if n not in names))
+
+
+@pytest.fixture(scope="module")
+def recordings():
+    """Two of a rig with an unbalance."""
+    hidden = (Hidden("unbalance", {"torque": 0.03, "phase": 0.5}),)
+    return [made(Rig.paper(), hidden, (7, i), seconds=15.0) for i in range(2)]
+
+
+@pytest.mark.parametrize(("last", "found"), [("looking for more", ["unbalance"]), ("fitting", [])])
+def test_what_is_known_by_then_is_judged(recordings, last, found):
+    """Asked to end before a second effect is looked for, and before anything is."""
+    told = []
+
+    def report(text):
+        told.append(text)
+        return text.startswith(last)
+
+    result = diagnose(
+        recordings[:1], Rig.paper(), recordings[1:], options=offered("unbalance", "whirl_drag"),
+        report=report,
+    ).result  # fmt: skip
+    assert not result.complete
+    assert "ended early, when it was asked to" in result.sentences[-1]
+    assert told[-1] == "judging held-out recordings"
+    if found:
+        assert [effect.id for effect in result.effects] == found
+    else:
+        # One candidate was tried; where the others are left out, the next one is told.
+        assert 1 <= sum(text.startswith("trying") for text in told) <= 2
