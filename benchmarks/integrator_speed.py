@@ -136,8 +136,8 @@ def measure_rows(rtol: float, repeats: int, python: str) -> list[Row]:
     """All rows, one measurement of each per round."""
     makers: list[tuple[str, float | None, Callable[[], Peer]]] = [
         ("ours", None, lambda: ours(rtol)),
-        ("SciPy", 100.0, scipy_events.peer),
-        ("heyoka", 100.0, heyoka_events.peer),
+        ("SciPy", 150.0, scipy_events.peer),
+        ("heyoka", 1.0, heyoka_events.peer),
         ("Siconos", 500.0, siconos_relay.peer),
         ("diffrax", None, lambda: diffrax_events.peer([python])),
         ("MuJoCo", None, lambda: mujoco_hinges.peer([python])),
