@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from drill_env._types import BoolArray, FloatArray
+from drill_env._types import FloatArray
 from drill_env.diagnosis.applied import acting, effects_of, with_terms
 from drill_env.diagnosis.fit import Fit, Setting, prior, start_prior
 from drill_env.diagnosis.terms import Named, Term, at_rest
@@ -139,8 +139,9 @@ def _part(
         z, w = flat(inner_columns[rows], here), flat(path.rows["white"][rows], here)
         still = np.zeros(len(known[i]), dtype=np.bool_)
         if edges[i + 1] - edges[i] > 1:
-            dt = float(samples.t[edges[i] + 1] - samples.t[edges[i]])
-            still = ~known[i] & _soon_at_rest(z, dt)
+            # A disc at rest after the first interval: no reading tells which speed did not outlast
+            # it, and a step of it would be anything.
+            still[1:3] = ~known[i, 1:3] & path.rows["stuck"][edges[i] + 1]
         steps[i, still] = -starts[i, still]
         free = np.flatnonzero(~known[i] & ~still)
         z = z[:, free]
@@ -154,18 +155,6 @@ def _part(
     value = path.value + lost_value(samples, given, path.value, int(used.sum()))
     value += float(np.sum(weights * miss**2))
     return _Part(value, gradient, information, steps, slopes, int(used.sum()), path.trace)
-
-
-def _soon_at_rest(columns: FloatArray, dt: float) -> BoolArray:
-    """Which speeds of a start do not outlast the first interval, shape (starts,).
-
-    The disc comes to rest in it, and readings tell nothing of such a speed: a step of it would be
-    anything. Begun at rest, the disc moves with the speed that it gets.
-    """
-    shown = np.linalg.norm(columns, axis=0)
-    still = shown < dt * shown[3]
-    still[[0, 3, 4]] = False
-    return still
 
 
 def lost_value(samples: Samples, given: Samples, value: float, used: int) -> float:

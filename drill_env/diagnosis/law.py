@@ -82,6 +82,9 @@ def law_fit(
         if near is not None:
             return None, _with_own_law(beside, plain, near)
     found = find(samples, humped, free, effects, most=most, doubt=doubt, report=report)
+    if report("weighing the laws"):
+        # With the other law not everything was tried.
+        return None, plain
     gain = plain.final.bic - found.final.bic - price
     if gain < NEEDED:
         return None, plain

@@ -240,6 +240,9 @@ def _sought(
         if rounds and report("looking for more"):
             break
         found = search(setting, here, effects, report)
+        if rounds and report("choosing"):
+            # Beside a name another is a claim too many while not everything was tried.
+            break
         rounds.append(found)
         needed = NEEDED_BESIDE if here.terms else BELIEVED
         chosen = found.named[0] if found.named else None
