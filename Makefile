@@ -85,7 +85,8 @@ cluster: $(READY_DEV) warm
 
 # Seeds from a million on are the proof's: once a release, never while developing.
 PROOF_SEED ?= 1000013
-PROOF_CASES ?= --kinds single:200 --kinds null:100 --kinds pair:60 --kinds out:60 --kinds shape:20
+PROOF_CASES ?= --kinds single:200 --kinds null:100 --kinds pair:60 --kinds out:60 --kinds shape:20 \
+  --kinds differ:100
 
 proof: $(READY_DEV) warm
 	$(BIN)/python -m benchmarks.concealed.make --seed $(PROOF_SEED) $(PROOF_CASES) \

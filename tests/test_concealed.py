@@ -14,11 +14,12 @@ import pytest
 from benchmarks.concealed import seal
 from benchmarks.concealed.cases import Plan
 from benchmarks.concealed.fields import PAPER, plant_record
-from benchmarks.concealed.library import LEAVE_OUT, LIBRARY, UNLISTED, Concealed
+from benchmarks.concealed.library import LEAVE_OUT, LIBRARY, Concealed
 from benchmarks.concealed.limits import stored
 from benchmarks.concealed.make import make_case
 from benchmarks.concealed.marks import mark
 from benchmarks.concealed.measures import calibration_error, measure, wilson
+from benchmarks.concealed.other_laws import CONCEALABLE
 from benchmarks.concealed.plant import play
 from benchmarks.concealed.recordings import Hidden, Truth, make_recording
 from benchmarks.concealed.run import diagnose
@@ -27,7 +28,7 @@ from drill_env._errors import InputError
 from drill_env.recordings import read_recording
 from tests import reference
 
-EFFECTS = {**LIBRARY, **UNLISTED}
+EFFECTS = CONCEALABLE
 VOLTS = (3.5, -2.0, 0.05, 4.0, -4.0)
 
 

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
-from benchmarks.concealed import ambiguity, discovery, oracle
+from benchmarks.concealed import ambiguity, discovery, discrepancy, oracle, smoothed
 from benchmarks.concealed.cases import KINDS, Plan, draw
 from benchmarks.concealed.fields import PAPER, plant_record
 from benchmarks.concealed.library import LIBRARY
@@ -22,13 +23,14 @@ from benchmarks.concealed.signals import signal
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.identification.coordinates import Coordinates
 from drill_env.parameters import Rig
-from drill_env.recordings import read_recording
+from drill_env.recordings import Recording, read_recording
 from tests.made_recordings import played
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_concealed_rig_of_an_answer_is_the_one_that_was_played(kind: str):
-    case = draw(5, Plan(kind, 3, ("string_creep",), (5.0,)))
+    name = "string_knee" if kind == "differ" else "string_creep"
+    case = draw(5, Plan(kind, 3, (name,), (5.0,)))
     assert ambiguity.truth_of(json.loads(json.dumps(case.answer))) == case.truth
 
 
@@ -126,18 +128,81 @@ def test_both_simulators_vibrate_without_sticking(monkeypatch: pytest.MonkeyPatc
     assert not steady["true_stick_free"] and not steady["found_stick_free"]
 
 
-def test_pysindy_finds_a_large_unbalance_and_nothing_in_nothing(tmp_path: Path):
-    sindy = pytest.importorskip("benchmarks.concealed.sindy", reason="of the bench extra")
+@pytest.fixture(scope="module")
+def unbalanced(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two cases: one with a large unbalance, one without."""
+    found = tmp_path_factory.mktemp("cases")
     hidden = Hidden("unbalance", {"torque": 20 * stored()["unbalance"]["size"], "phase": 0.7})
     for folder, effects in (("with", (hidden,)), ("without", ())):
-        (tmp_path / folder).mkdir()
+        (found / folder).mkdir()
         for i, stem in enumerate(("fit-1", "fit-2", "holdout-1")):
             u = signal("random steps", np.random.default_rng(i), plant_record(PAPER))
             made = make_recording(Truth(PAPER, effects), u, (3, i))
-            write_recording(tmp_path / folder / f"{stem}.csv", made)
+            write_recording(found / folder / f"{stem}.csv", made)
+    return found
+
+
+def test_pysindy_finds_a_large_unbalance_and_nothing_in_nothing(unbalanced: Path):
+    sindy = pytest.importorskip("benchmarks.concealed.sindy", reason="of the bench extra")
     rig = Rig.paper()
-    assert list(sindy.sparse(tmp_path / "with", rig, True, 0.5, 1.03)) == ["unbalance"]
-    assert not sindy.sparse(tmp_path / "without", rig, True, 0.5, 1.03)
+    assert list(sindy.sparse(unbalanced / "with", rig, True, 0.5, 1.03)) == ["unbalance"]
+    assert not sindy.sparse(unbalanced / "without", rig, True, 0.5, 1.03)
+
+
+def test_a_process_finds_where_an_unbalance_is_and_nothing_in_nothing(
+    unbalanced: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(discrepancy, "_KERNEL_ROWS", 150)
+    monkeypatch.setattr(discrepancy, "_ROWS", 400)
+    found = discrepancy.told(unbalanced / "with", 0.5)
+    assert (found["component"], found["coordinate"]) == ("lower", "theta_l")
+    assert discrepancy.told(unbalanced / "without", 0.5)["component"] is None
+
+
+def test_voltages_are_felt_as_the_smoothed_angle_s_second_derivative_feels_them():
+    """Steps of acceleration: the angle is exact, and so must be the weights."""
+    step = 0.005
+    push = np.repeat(np.random.default_rng(0).normal(size=20), 100)
+    speed = np.append(0.0, np.cumsum(push * step))
+    angle = np.append(0.0, np.cumsum((speed[:-1] + 0.5 * push * step) * step))[:-1]
+    at = np.arange(len(push)) * step
+    # The mean keeps both discs from rest.
+    x = smoothed.motion(Recording(at, push, angle + 9.0 * at, angle + 9.0 * at), 0.5)
+    assert len(x["t"]) > 100
+    assert np.abs(x["u_felt"] - x["alpha_u"]).max() < 1e-5
+    assert np.abs(x["u"] - x["alpha_u"]).max() > 0.05
+
+
+def test_a_process_takes_up_what_the_terms_cannot():
+    rng = np.random.default_rng(0)
+    noise, parts = 0.05, []
+    for n in (400, 200):
+        x, term = rng.uniform(-2.0, 2.0, n), rng.normal(size=n)
+        # A line in the coordinate would be the term's as well: the wave is not.
+        y = 3.0 * term + 0.4 * x + np.sin(4.0 * x) + 7.0 + rng.normal(0.0, noise, n)
+        inputs = {"twist": x[:, None], "time": rng.uniform(size=(n, 1))}
+        block = np.arange(n) // 20
+        parts.append(discrepancy.Equation(y, term[:, None], inputs, np.zeros(n, int), block))
+    with threadpool_limits(1):
+        bare = discrepancy.left_over(*parts, None)
+        left = {name: discrepancy.left_over(*parts, name) for name in ("twist", "time")}
+    assert np.std(bare) > 0.7 and np.std(left["twist"]) == pytest.approx(noise, rel=0.15)
+    size, z = discrepancy.gain(bare, left["twist"], parts[1].block)
+    assert size > 3.0 and z > 10.0
+    assert discrepancy.gain(bare, left["time"], parts[1].block)[1] < 3.0
+
+
+def test_what_a_process_says_is_held_against_the_answer(tmp_path: Path):
+    one = draw(5, Plan("single", 0, ("unbalance",), (5.0,))).answer
+    none = draw(5, Plan("null", 0)).answer
+    silent = {"component": None, "coordinate": None, "gains": {}}
+    said = {"component": "lower", "coordinate": "theta_l", "gains": {"l theta_l": 0.3}}
+    rows = [discrepancy.beside({"case": "case-001", **a}, found, tmp_path / "no.json")
+            for a in (one, none) for found in (silent, said)]  # fmt: skip
+    for key in ("component_right", "coordinate_right"):
+        assert [r[key] for r in rows] == [False, True, True, False]
+    assert "| single | 1/2 | 1/2 |  |  |" in discrepancy.table(rows)
+    assert "| null | 1/2 | 1/2 |  |  |" in discrepancy.table(rows)
 
 
 HEAVY = {**PAPER, "Ju": 1.3 * PAPER["Ju"], "ktheta": 0.09, "bu": 2.2}

@@ -19,6 +19,7 @@ from benchmarks.concealed.library import (
     Concealed,
 )
 from benchmarks.concealed.limits import stored
+from benchmarks.concealed.other_laws import OTHER_LAWS
 from benchmarks.concealed.recordings import (
     TORQUE_NOISE,
     Hidden,
@@ -29,7 +30,7 @@ from benchmarks.concealed.recordings import (
 )
 from benchmarks.concealed.signals import draw_families, signal
 
-KINDS = ("single", "null", "pair", "out", "shape")
+KINDS = ("single", "null", "pair", "out", "shape", "differ")
 FIRST_PROOF_SEED = 1_000_000
 # Too small to be found, and in every case.
 _SIDE_RATIO = 0.5
@@ -66,9 +67,13 @@ class Case:
 
 
 def plan(kind: str, count: int, effects: Sequence[str], ratios: Sequence[float]) -> list[Plan]:
-    """Cases of one kind: single effects go through the effects first and then the ratios."""
-    if kind != "single":
+    """Cases of one kind: single effects go through the effects first and then the ratios.
+
+    Laws that differ from the library's do so too, through all there are.
+    """
+    if kind not in ("single", "differ"):
         return [Plan(kind, i) for i in range(count)]
+    effects = list(OTHER_LAWS) if kind == "differ" else effects
     return [
         Plan(kind, i, (effects[i % len(effects)],), (ratios[i // len(effects) % len(ratios)],))
         for i in range(count)
@@ -110,6 +115,8 @@ def _wanted(
     """Effects, their ratios and what the tool is told."""
     if planned.kind == "single":
         return [LIBRARY[n] for n in planned.effects], list(planned.ratios), {}
+    if planned.kind == "differ":
+        return [OTHER_LAWS[n] for n in planned.effects], list(planned.ratios), {}
     if planned.kind == "pair":
         return _pair(rng), [_PAIR_RATIO, _PAIR_RATIO], {}
     if planned.kind == "out":
@@ -155,6 +162,8 @@ def _conceal(
         "ratio": size / limit["size"], "limit": limit["size"],
         "identifiable": limit["identifiable"],
     }  # fmt: skip
+    if effect.siblings:
+        told["siblings"] = list(effect.siblings)
     return Hidden(effect.id, parameters), told
 
 

@@ -37,7 +37,20 @@ LOWER = (
     "whirl_damping", "lower_torque", "lower_frequency", "lower_phase", "pulse", "pulse_time",
     "pulse_width", "spot", "spot_angle",
 )  # fmt: skip
-PLANT = np.dtype([(name, "f8") for name in RIG + ACTUATOR + UPPER + STRING + LOWER])
+# Laws that no library has; and the library's own, whose exponents are those of `POWERS` elsewhere.
+OTHER = (
+    "arctan_limit", "tanh_limit", "rational_stribeck", "rational_stribeck_speed",
+    "rational_warmup", "rational_warmup_time", "stiffening", "stiffening_from", "settling",
+    "settling_time",
+)  # fmt: skip
+POWERS = {
+    "heating_power": 1.0, "upper_stribeck_power": 1.0, "upper_drag_power": 2.0,
+    "load_power": 1.0, "damping_power": 1.0, "hardening_power": 3.0, "hysteresis_power": 1.0,
+    "lower_stribeck_power": 1.0, "presliding_power": 1.0, "lower_drag_power": 2.0,
+}  # fmt: skip
+PLANT = np.dtype(
+    [(name, "f8") for name in (*RIG, *ACTUATOR, *UPPER, *STRING, *LOWER, *OTHER, *POWERS)]
+)
 """Every effect's size is 0 where it is absent."""
 
 # States that the Runge-Kutta steps carry ...
@@ -57,9 +70,9 @@ MESH_STIFFNESS = 2e4
 
 
 def plant_record(rig: dict[str, float], settings: dict[str, float] | None = None) -> np.ndarray:
-    """The parameters of a rig and of its effects; what is not named is 0, shape (1,)."""
+    """The parameters of a rig and of its effects; what else is no exponent is 0, shape (1,)."""
     record = np.zeros(1, dtype=PLANT)
-    for name, value in {**rig, **(settings or {})}.items():
+    for name, value in {**POWERS, **rig, **(settings or {})}.items():
         record[name] = value
     return record
 

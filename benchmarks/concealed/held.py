@@ -52,6 +52,15 @@ def _lagged(x, row, goal, tau, h):
 
 
 @njit(cache=True)
+def _warmed(x, goal, power, tau, h):
+    """Mean over a substep of a winding that loses heat with a power of what it is warmed by."""
+    start = x[WINDING]
+    # A substep is so short beside `tau` that a straight line is exact enough.
+    x[WINDING] = start + h / tau * (goal - start**power)
+    return 0.5 * (start + x[WINDING])
+
+
+@njit(cache=True)
 def amplify(q, x, v, h):
     """Voltage that reaches the motor in the mean over a substep, from the commanded one."""
     if q.deadzone > 0.0:
@@ -62,6 +71,10 @@ def amplify(q, x, v, h):
         v *= 1.0 - q.sag * _lagged(x, SAGGED, abs(v), q.sag_tau, h)
     if q.voltage_limit > 0.0:
         v = min(max(v, -q.voltage_limit), q.voltage_limit)
+    if q.tanh_limit > 0.0:
+        v = q.tanh_limit * math.tanh(v / q.tanh_limit)
+    if q.arctan_limit > 0.0:
+        v = 2.0 / math.pi * q.arctan_limit * math.atan(0.5 * math.pi * v / q.arctan_limit)
     if q.lag > 0.0:
         v = _lagged(x, VOLTS, v, q.lag, h)
     return v
@@ -73,7 +86,11 @@ def hold(q, x, a, t, h, v, nu, nl):
     middle = t + 0.5 * h
     drive = q.km * v * (1.0 + q.gain_asymmetry * math.copysign(1.0, v))
     if q.heating != 0.0:
-        drive *= 1.0 - q.heating * _lagged(x, WINDING, v * v / 25.0, q.heating_tau, h)
+        if q.heating_power == 1.0:
+            warm = _lagged(x, WINDING, v * v / 25.0, q.heating_tau, h)
+        else:
+            warm = _warmed(x, v * v / 25.0, q.heating_power, q.heating_tau, h)
+        drive *= 1.0 - q.heating * warm
     a[DRIVE], a[NOISE_U], a[NOISE_L] = drive, nu, nl
     if q.upper_torque != 0.0:
         a[NOISE_U] += q.upper_torque * math.sin(
@@ -88,7 +105,11 @@ def hold(q, x, a, t, h, v, nu, nl):
     a[FACTOR_U] = 1.0
     if q.warmup != 0.0:
         a[FACTOR_U] += q.warmup * math.exp(-middle / q.warmup_tau)
+    if q.rational_warmup != 0.0:
+        a[FACTOR_U] += q.rational_warmup / (1.0 + middle / q.rational_warmup_time)
     a[FACTOR_L] = 1.0 + q.drift * middle / 60.0 - q.heat_fade * x[BRAKE_HEAT]
+    if q.settling != 0.0:
+        a[FACTOR_L] += q.settling * middle / (middle + q.settling_time)
     if q.step != 0.0 and middle >= q.step_time:
         a[FACTOR_L] += q.step
     if q.wear != 0.0:

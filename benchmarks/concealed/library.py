@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 TURN = (0.0, 2.0 * math.pi)
-_COUNT = 2.0 * math.pi / 8192
+COUNT = 2.0 * math.pi / 8192
 LISTED_ONLY_BY_LAW = "friction_shape"
 """It is no change of the plant: the tool starts from a law without the hump."""
 
@@ -25,8 +25,7 @@ class Concealed:
     Attributes:
         id: its name in the issue.
         component: actuator, upper, string, lower or sensor.
-        size: name of the parameter that grows from 0 with it.
-        unit: of that parameter.
+        size, unit: name and unit of the parameter that grows from 0 with it.
         guess: size from which the detection limit is sought.
         largest: size beyond which the rig would no longer be one.
         depends_on: coordinates on which an unnamed finding may rightly depend.
@@ -35,6 +34,7 @@ class Concealed:
         settle: from the size to the value of its field, where they differ.
         least: smallest detection limit, where a nuisance absorbs less.
         sign: whether the size is drawn with either sign.
+        siblings: names of the tool's library that count as right, where it has not this law.
     """
 
     id: str
@@ -49,6 +49,7 @@ class Concealed:
     settle: Callable[[float], float] | None = None
     least: float = 0.0
     sign: bool = False
+    siblings: tuple[str, ...] = ()
 
     def middle(self) -> dict[str, float]:
         """Shape parameters in the middle of their ranges."""
@@ -114,7 +115,7 @@ _ACTUATOR = (
 )  # fmt: skip
 _UPPER = (
     _e("gear_backlash", "upper", "gap", "rad", 0.02, 0.6, "omega_u voltage twist",
-       shape=_SHARE, least=_COUNT),
+       shape=_SHARE, least=COUNT),
     _e("gear_compliance", "upper", "compliance", "rad/Nm", 0.01, 0.3, "voltage omega_u twist",
        shape=_SHARE),
     _e("load_dependent_friction", "upper", "coefficient", "1", 0.05, 0.8, "twist",
@@ -150,7 +151,7 @@ _LOWER = (
     _e("lower_asymmetry", "lower", "asymmetry", "1", 0.02, 0.5, "omega_l",
        "asymmetry=lower_asymmetry", sign=True),
     _e("presliding", "lower", "distance", "rad", 0.03, 1.0, "omega_l theta_l",
-       "distance=presliding", least=_COUNT),
+       "distance=presliding", least=COUNT),
     _e("friction_lag", "lower", "tau", "s", 0.01, 0.25, "omega_l", "tau=friction_lag", least=3e-4),
     _e("rate_state", "lower", "torque", "Nm", 0.002, 0.03, "omega_l",
        "torque=state_torque distance=state_distance speed=state_speed",
@@ -192,9 +193,9 @@ def _encoders() -> tuple[Concealed, ...]:
                shape={"phase": TURN}),
             _e(f"encoder_delay_{disc}", "sensor", "delay", "s", 0.02, 0.3, speed,
                f"delay=sensor.delay_{last}", least=7.5e-3),
-            _e(f"missed_counts_{disc}", "sensor", "size", "rad", 4 * _COUNT, 0.5, f"time {angle}",
+            _e(f"missed_counts_{disc}", "sensor", "size", "rad", 4 * COUNT, 0.5, f"time {angle}",
                f"size=sensor.missed_{last} rate=sensor.missed_rate", shape={"rate": (0.03, 0.1)},
-               least=_COUNT),
+               least=COUNT),
         ]  # fmt: skip
     return tuple(found)
 
@@ -202,8 +203,8 @@ def _encoders() -> tuple[Concealed, ...]:
 _SENSOR = (
     *_encoders(),
     _e("encoder_gain_lower", "sensor", "gain", "1", 5e-3, 0.1, "theta_l", "gain=sensor.gain_l"),
-    _e("lost_encoder_bits", "sensor", "step", "rad", 4 * _COUNT, 256 * _COUNT, "theta_l",
-       "step=sensor.coarse_l", least=2 * _COUNT),
+    _e("lost_encoder_bits", "sensor", "step", "rad", 4 * COUNT, 256 * COUNT, "theta_l",
+       "step=sensor.coarse_l", least=2 * COUNT),
     _e("clock_jitter", "sensor", "sigma", "s", 1e-4, 2e-3, "omega_l omega_u time",
        "sigma=sensor.clock", least=5e-5),
     _e("missing_samples", "sensor", "share", "1", 5e-3, 0.3, "time omega_l omega_u",

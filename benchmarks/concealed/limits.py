@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from rich.progress import track
 
 from benchmarks.concealed.fields import PAPER, plant_record
-from benchmarks.concealed.library import LIBRARY, UNLISTED, Concealed
+from benchmarks.concealed.library import Concealed
+from benchmarks.concealed.other_laws import CONCEALABLE
 from benchmarks.concealed.recordings import (
     NOISE_TAU,
     TORQUE_NOISE,
@@ -164,17 +165,16 @@ def main(
     only: Annotated[list[str] | None, typer.Option(help="Measure these again only.")] = None,
 ) -> None:
     """Measure the detection limits and store them."""
-    effects = {**LIBRARY, **UNLISTED}
     limits = dict(stored()) if only and PATH.exists() else {}
     meter = Meter(seed)
-    for name in track(only or list(effects), description="limits", transient=True):
-        limits[name] = limit_of(meter, effects[name])
-        print(f"{name:28s} {limits[name]['size']:.4g} {effects[name].unit:12s} "
+    for name in track(only or list(CONCEALABLE), description="limits", transient=True):
+        limits[name] = limit_of(meter, CONCEALABLE[name])
+        print(f"{name:28s} {limits[name]['size']:.4g} {CONCEALABLE[name].unit:12s} "
               f"worth {limits[name]['worth']:.1f} identifiable {limits[name]['identifiable']} "
               f"in {len(limits[name]['tried'])}", flush=True)  # fmt: skip
     document = {
         "schema": 1, "command": f"python -m benchmarks.concealed.limits --seed {seed}",
-        "seed": seed, "worth": WORTH, "limits": {name: limits[name] for name in effects},
+        "seed": seed, "worth": WORTH, "limits": {name: limits[name] for name in CONCEALABLE},
     }  # fmt: skip
     write_text(PATH, json.dumps(document, indent=1) + "\n")
 

@@ -19,6 +19,11 @@ def names_of(effect: Mapping[str, Any]) -> set[str]:
     return {str(effect["id"]), *(str(name) for name in effect.get("alias_class") or [])}
 
 
+def right_names(truth: Mapping[str, Any]) -> set[str]:
+    """What a concealed effect may rightly be called: its id, or its siblings where it has any."""
+    return set(truth.get("siblings") or [truth["id"]])
+
+
 def ranked(diagnosis: Mapping[str, Any]) -> list[set[str]]:
     """Names in the order the diagnosis believes in them, the effects before the alternatives."""
     found: list[set[str]] = []
@@ -52,8 +57,8 @@ def mark(
     diagnosis = diagnosis or {}
     order = ranked(diagnosis)
     believed = [names_of(e) for e in diagnosis.get("effects") or []]
-    wanted = set(marks["effects"])
-    hits = [any(name in names for names in believed) for name in wanted]
+    wanted = {name for t in truths for name in right_names(t)}
+    hits = [any(names & right_names(t) for names in believed) for t in truths]
     located = diagnosis.get("located") or {}
     components = {t["component"] for t in truths}
     true_plant = _pooled(answer["oracle_five_second_rms"].values())

@@ -40,6 +40,7 @@ def measure(rows: Sequence[Row]) -> dict[str, Any]:
     pair = [r for r in rows if r["kind"] == "pair"]
     out = [r for r in rows if r["kind"] == "out"]
     shape = [r for r in rows if r["kind"] == "shape"]
+    differ = [r for r in rows if r["kind"] == "differ" and r["identifiable"]]
     return {
         "named first, 5 x and more": share(clear, lambda r: r["first"]),
         "named first, 2 x": share(fair, lambda r: r["first"]),
@@ -63,6 +64,10 @@ def measure(rows: Sequence[Row]) -> dict[str, Any]:
         "friction shape named first": share(shape, lambda r: r["first"]),
         "out of library: says so": share(out, lambda r: r["says_unexplained"]),
         "out of library: coordinate right": share(out, lambda r: r["coordinate"]),
+        "law differs: a sibling named first": share(differ, lambda r: r["first"]),
+        "law differs: component right": share(differ, lambda r: r["component"]),
+        "law differs: told as unexplained": share(differ, lambda r: r["says_unexplained"]),
+        "law differs: a second, wrong effect too": share(differ, lambda r: r["surplus"] > 0),
         "coverage of 95 % intervals": share(
             [c for r in rows for c in r["covered"]], lambda c: c["inside"]
         ),
@@ -121,7 +126,7 @@ def by_effect(rows: Sequence[Row]) -> dict[str, Row]:
     """Effect by effect: how often it was named at each ratio, and what was named instead."""
     found: dict[str, Row] = {}
     for r in rows:
-        if r["kind"] not in ("single", "shape"):
+        if r["kind"] not in ("single", "shape", "differ"):
             continue
         entry = found.setdefault(
             r["effects"][0],

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.concealed.fields import RIG, plant_record, substeps_for
-from benchmarks.concealed.library import LIBRARY, UNLISTED
+from benchmarks.concealed.other_laws import CONCEALABLE
 from benchmarks.concealed.plant import Played, play, predict_again
 from benchmarks.concealed.sensors import Sensors, losses, recorded, sample_times, shown
 from benchmarks.concealed.signals import FASTEST, RATE
@@ -56,8 +56,7 @@ class Truth:
         plant: dict[str, float] = {}
         sensors: dict[str, float] = {}
         for hidden in self.hidden:
-            effect = LIBRARY.get(hidden.id) or UNLISTED[hidden.id]
-            of_plant, of_sensors = effect.settings(hidden.parameters)
+            of_plant, of_sensors = CONCEALABLE[hidden.id].settings(hidden.parameters)
             plant.update(of_plant)
             sensors.update(of_sensors)
         return plant_record(dict(self.rig), plant), Sensors(counts=self.counts, **sensors)

@@ -17,52 +17,26 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 from pysindy import STLSQ
 from rich.progress import track
-from scipy.signal import savgol_filter
 from threadpoolctl import threadpool_limits
 
 from benchmarks.concealed.marks import mark
 from benchmarks.concealed.seal import open_answers
+from benchmarks.concealed.smoothed import Array, Columns, motion
 from drill_env._errors import InputError
 from drill_env._files import write_text
 from drill_env.cli._common import output_file
 from drill_env.friction import lower_curve
 from drill_env.parameters import Rig
-from drill_env.recordings import Recording, read_recording
+from drill_env.recordings import read_recording
 
-Array = NDArray[np.float64]
-Columns = dict[str, Array]
-# Near rest the sign of a speed is not known from smoothed angles.
-ORDER, _LEAST_SPEED = 4, 0.3
 THRESHOLDS = (0.0, *np.geomspace(3e-3, 1.0, 25))
 EFFECTS = (
     "gain_asymmetry", "upper_quadratic_drag", "load_dependent_friction", "gear_eccentricity",
     "string_hardening", "string_damping", "string_asymmetry", "lower_asymmetry", "quadratic_drag",
     "unbalance", "brake_runout", "friction_drift",
 )  # fmt: skip
-
-
-def motion(recording: Recording, window: float) -> Columns:
-    """Smoothed motion of a recording where both discs slip all over the window."""
-    step = float(np.median(np.diff(recording.t)))
-    t = np.arange(recording.t[0], recording.t[-1] + 0.5 * step, step)
-    length = 2 * round(0.5 * window / step) + 1
-    held = np.searchsorted(recording.t, t + 0.5 * step) - 1
-    # Voltages act within the window as the accelerations do.
-    x: Columns = {"t": t, "u": savgol_filter(recording.u[held], length, ORDER)}
-    slips = np.ones(len(t), dtype=bool)
-    for disc, angle in (("u", recording.theta_u), ("l", recording.theta_l)):
-        even = np.interp(t, recording.t, angle)
-        for order, name in enumerate(("theta", "omega", "alpha")):
-            x[f"{name}_{disc}"] = savgol_filter(even, length, ORDER, deriv=order, delta=step)
-        slips &= np.abs(x[f"omega_{disc}"]) > _LEAST_SPEED
-    used = np.convolve(~slips, np.ones(length), mode="same") < 0.5
-    used[: length // 2] = used[len(used) - length // 2 :] = False
-    # Smoothed samples repeat each other.
-    used[np.arange(len(used)) % max(length // 8, 1) > 0] = False
-    return {name: values[used] for name, values in x.items()}
 
 
 def terms(x: Mapping[str, Array], rig: Rig, exact: bool) -> list[tuple[Array, Array, Columns]]:

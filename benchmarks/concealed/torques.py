@@ -54,12 +54,25 @@ def _play(x, half):
 
 
 @njit(cache=True)
+def _signed_power(x, power):
+    # Of a speed that passes through zero within a step too.
+    return math.copysign(abs(x) ** power, x)
+
+
+@njit(cache=True)
 def _pull(q, x, rate, hysteresis):
     """Torque of the string at a twist and its rate."""
     d = _play(x, q.play)
     k = q.ktheta * (1.0 + q.string_asymmetry * math.copysign(1.0, d))
-    viscous = q.damping * rate + q.cubic_damping * rate**3
-    return k * (d + q.hardening * d**3) + viscous + q.hysteresis * hysteresis
+    viscous = q.cubic_damping * rate**3
+    if q.damping != 0.0:
+        viscous += q.damping * _signed_power(rate, q.damping_power)
+    more = 0.0
+    if q.hardening != 0.0:
+        more += q.hardening * _signed_power(d, q.hardening_power)
+    if q.stiffening != 0.0:
+        more += q.stiffening * _play(d, q.stiffening_from)
+    return k * (d + more) + viscous + q.hysteresis * hysteresis
 
 
 @njit(cache=True)
@@ -117,10 +130,18 @@ def upper_friction(q, x, a, s, w, top):
     """Friction of the upper disc against direction `s` at speed `w` >= 0."""
     dry = q.Tsu + s * q.dTsu + (q.bu + s * q.dbu) * w
     if q.upper_stribeck != 0.0:
-        dry += q.upper_stribeck * math.exp(-w / q.upper_stribeck_speed)
+        share = w / q.upper_stribeck_speed
+        dry += q.upper_stribeck * math.exp(-_signed_power(share, q.upper_stribeck_power))
+    if q.rational_stribeck != 0.0:
+        dry += q.rational_stribeck / (1.0 + w / q.rational_stribeck_speed)
     if q.tooth != 0.0:
         dry *= 1.0 + q.tooth * _bump(x[TH_U], q.tooth_angle)
-    return dry * a[FACTOR_U] + q.upper_drag * w * w + q.load_friction * abs(top)
+    wet = 0.0
+    if q.upper_drag != 0.0:
+        wet += q.upper_drag * _signed_power(w, q.upper_drag_power)
+    if q.load_friction != 0.0:
+        wet += q.load_friction * abs(top) ** q.load_power
+    return dry * a[FACTOR_U] + wet
 
 
 @njit(cache=True)
@@ -137,7 +158,8 @@ def lower_friction(q, x, a, s, w):
     v = x[LAGGED] if q.friction_lag > 0.0 else w
     dry = humped(q, v)
     if q.lower_stribeck != 0.0:
-        dry += q.lower_stribeck * math.exp(-v / q.lower_stribeck_speed)
+        share = v / q.lower_stribeck_speed
+        dry += q.lower_stribeck * math.exp(-_signed_power(share, q.lower_stribeck_power))
     if q.state_torque != 0.0:
         aged = math.log(1.0 + q.state_speed * x[AGE] / q.state_distance)
         dry += q.state_torque * (0.5 * math.log(1.0 + w / q.state_speed) + aged)
@@ -148,13 +170,20 @@ def lower_friction(q, x, a, s, w):
         dry *= 1.0 + q.spot * _bump(x[TH_L], q.spot_angle)
     if q.whirl != 0.0:
         dry += _whirl(q, w)
-    return dry + q.lower_drag * w * w
+    if q.lower_drag != 0.0:
+        dry += q.lower_drag * _signed_power(w, q.lower_drag_power)
+    return dry
 
 
 @njit(cache=True)
 def bend(q, x, way):
     """Dahl's bristles since the last reversal, -1 to 1 of what they bear."""
-    return way - (way - x[BEND]) * math.exp(-abs(x[TH_L] - x[ANCHOR]) / q.presliding)
+    left, run = way - x[BEND], abs(x[TH_L] - x[ANCHOR]) / q.presliding
+    over = q.presliding_power - 1.0
+    if over == 0.0:
+        return way - left * math.exp(-run)
+    # d|left|/drun = -|left|^power.
+    return way - left * (1.0 + over * abs(left) ** over * run) ** (-1.0 / over)
 
 
 @njit(cache=True)
@@ -194,7 +223,7 @@ def rates(q, x, s, a, out):
         out[TH_S], out[W_S] = x[W_S], (top - low) / q.string_inertia
     if q.hysteresis != 0.0:
         rate = x[W_U] - x[W_L]
-        loss = abs(x[HYST]) * (0.5 + math.copysign(0.5, rate * x[HYST]))
+        loss = abs(x[HYST]) ** q.hysteresis_power * (0.5 + math.copysign(0.5, rate * x[HYST]))
         out[HYST] = rate / q.hysteresis_width * (1.0 - loss)
     if q.creep != 0.0:
         out[CREEP] = (q.creep * (x[TH_U] - x[TH_L]) - x[CREEP]) / q.creep_tau
