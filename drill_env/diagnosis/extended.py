@@ -139,9 +139,11 @@ def _part(
         z, w = flat(inner_columns[rows], here), flat(path.rows["white"][rows], here)
         still = np.zeros(len(known[i]), dtype=np.bool_)
         if edges[i + 1] - edges[i] > 1:
-            # A disc at rest after the first interval: no reading tells which speed did not outlast
-            # it, and a step of it would be anything.
-            still[1:3] = ~known[i, 1:3] & path.rows["stuck"][edges[i] + 1]
+            # A disc that stopped in the first interval, to rest or to turn round: no reading tells
+            # the speed that did not outlast it, and a step of it would be anything.
+            after = path.trace.state[edges[i] + 1, 1:3]
+            stopped = path.rows["stuck"][edges[i] + 1] | (starts[i, 1:3] * after < 0.0)
+            still[1:3] = ~known[i, 1:3] & stopped
         steps[i, still] = -starts[i, still]
         free = np.flatnonzero(~known[i] & ~still)
         z = z[:, free]
