@@ -4,7 +4,8 @@
 are smoothed and differentiated by Savitzky and Golay. Of each disc's equation of motion the terms
 of the rig are given; PySINDy's STLSQ chooses among twelve effects that are linear in their size,
 and the held-out recordings choose its threshold. Of single cases, where the effect is another one,
-and of nulls it should name nothing. `--paper` gives it no more than the diagnosis starts from.
+and of nulls it should name nothing; of a law that differs from the library's, a sibling. `--paper`
+gives it no more than the diagnosis starts from.
 """
 
 from __future__ import annotations
@@ -128,12 +129,14 @@ def sparse(case: Path, rig: Rig, exact: bool, window: float, sparser: float) -> 
 
 
 def beside(answer: Mapping[str, Any], named: Mapping[str, float], report: Path) -> dict[str, Any]:
-    """One case by PySINDy, and by the diagnosis where there is one."""
-    wanted = {e["id"] for e in answer["effects"]}
-    right = wanted & set(EFFECTS)
-    row = {"case": answer["case"], "truth": next(iter(wanted), "nothing"), "sindy": named,
-           "sindy_first": set(list(named)[:1]) == right, "sindy_exact": set(named) == right,
-           "ours": None, "ours_first": None, "ours_exact": None}  # fmt: skip
+    """One case by PySINDy, and by the diagnosis where there is one; a sibling's name is right."""
+    wanted = sorted({name for e in answer["effects"] for name in e.get("siblings", [e["id"]])})
+    right = [name for name in wanted if name in EFFECTS]
+    first, any_right = list(named)[:1], bool(named) == bool(right)
+    row = {"case": answer["case"], "truth": next(iter([*right, *wanted]), "nothing"),
+           "sindy": named, "sindy_first": any_right and set(first) <= set(right),
+           "sindy_exact": any_right and set(named) <= set(right), "ours": None,
+           "ours_first": None, "ours_exact": None}  # fmt: skip
     if not report.exists():
         return row
     marks = mark(answer, json.loads(report.read_text(encoding="utf-8")))
@@ -176,7 +179,7 @@ def main(
     try:
         output_file(out)
         for answer in track(list(open_answers(answers).values()), "cases", transient=True):
-            if answer["kind"] not in ("single", "null"):
+            if answer["kind"] not in ("single", "null", "differ"):
                 continue
             rig = Rig.paper() if paper else Rig(**answer["rig"])
             named = sparse(cases / answer["case"], rig, not paper, window, sparser)
