@@ -197,3 +197,24 @@ def test_names_far_behind_a_shape_are_still_told_apart():
     choice = chosen(entrants, Criteria())
     assert choice.chosen is not None and choice.chosen.id == "upper_quadratic_drag"
     assert choice.grades.law == pytest.approx(1.0)
+
+
+def test_a_free_shape_is_told_with_the_names_that_come_nearest_at_its_place():
+    """A string damped by a power of its rate was unexplained, its family hidden in a table."""
+    elsewhere = entrant("string_damping", 7.0, named=True, component="string")
+    entrants = [
+        entrant("upper_stribeck", 4.0, named=True),
+        entrant("upper_quadratic_drag", 5.0, named=True),
+        entrant("upper_viscous", 0.01, named=True),
+        elsewhere,
+        entrant("upper_torque_of_omega_u", 10.0, named=False),
+    ]
+    choice = chosen(entrants, Criteria())
+    assert choice.chosen is not None and choice.chosen.id == "upper_torque_of_omega_u"
+    # Neither what nobody asks for nor what acts elsewhere.
+    assert [name for name, _ in choice.grades.nearest] == ["upper_quadratic_drag", "upper_stribeck"]
+    assert dict(choice.grades.nearest)["upper_stribeck"] == pytest.approx(0.4, abs=0.01)
+    # Where a name is taken, it is the answer itself.
+    named = chosen([*entrants[:4], entrant("upper_shape", 5.0, named=False)], Criteria())
+    assert named.chosen is not None and named.chosen.named
+    assert named.grades.nearest == ()

@@ -178,7 +178,7 @@ def _grades(first: Choice | None, stands: bool) -> Grade | None:
     return Grade(
         candidate.component, min(grades.component, 1.0), candidate.depends_on,
         min(grades.depends_on, 1.0), candidate.id if first.named and stands else "",
-        min(grades.law, 1.0) if first.named else 0.0, first.share,
+        min(grades.law, 1.0) if first.named else 0.0, first.share, dict(grades.nearest),
     )  # fmt: skip
 
 

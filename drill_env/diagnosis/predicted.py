@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from drill_env.diagnosis.evidence import Weighed
 from drill_env.diagnosis.result import DiagnosisResult, Grade, Prediction
+from drill_env.diagnosis.sentences import nearest_of
 
 
 def with_predictions(result: DiagnosisResult, table: Weighed | None) -> DiagnosisResult:
@@ -18,8 +19,11 @@ def with_predictions(result: DiagnosisResult, table: Weighed | None) -> Diagnosi
     """
     if table is None:
         return result
-    names = [e.id for e in result.effects]
-    return replace(result, predictions=[_rows(table, names)], grades=_grade(table, result))
+    names, grade = [e.id for e in result.effects], _grade(table, result)
+    return replace(
+        result, predictions=[_rows(table, names)], grades=grade,
+        sentences=[*result.sentences, *nearest_of(grade)],
+    )  # fmt: skip
 
 
 def _rows(table: Weighed, kept: list[str]) -> list[Prediction]:
@@ -44,4 +48,5 @@ def _grade(table: Weighed, result: DiagnosisResult) -> Grade | None:
     return Grade(
         taken.component, grades.component, taken.depends_on, grades.depends_on,
         taken.id if taken.named else "", min(law, own), table.choice.share,
+        dict(grades.nearest),
     )  # fmt: skip

@@ -119,6 +119,8 @@ class Grade:
         law_probability: of that effect.
         share: of what the best free shape explains that the effect explains; below 1 its law
             differs from the library's.
+        nearest: where no law is told, effects of this place with the share of what the free shape
+            explains, the largest first: the missing physics may be such with another law.
     """
 
     component: str
@@ -128,6 +130,7 @@ class Grade:
     law: str
     law_probability: float
     share: float
+    nearest: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from drill_env._watch import ASKED
 from drill_env.diagnosis.residual_torque import PREDICTABLE
-from drill_env.diagnosis.result import DiagnosisResult, NamedEffect, digits_of
+from drill_env.diagnosis.result import DiagnosisResult, Grade, NamedEffect, digits_of
 
 _PLACES = {
     "actuator": "between the voltage and the motor's torque",
@@ -199,6 +199,7 @@ def sentences_by_prediction(result: DiagnosisResult) -> list[str]:
             f"No effect of the library explains {what} as well as a free function of "
             f"{result.shape.coordinate}; its curve is in the report."
         )
+        lines += nearest_of(result.grades)
     share = result.fit.get("explained")
     if share is not None and not result.effects:
         lines.append(
@@ -225,6 +226,21 @@ def _nearer(result: DiagnosisResult) -> list[str]:
                 "(root mean square)."
             )
     return lines
+
+
+def nearest_of(grade: Grade | None) -> list[str]:
+    """Which effects of the library come nearest to a free shape, at its place.
+
+    Args:
+        grade: of the first finding, if there is one.
+    """
+    if grade is None or not grade.nearest:
+        return []
+    told = ", ".join(f"{name} {share:.0%}" for name, share in list(grade.nearest.items())[:2])
+    return [
+        f"Effects of the library at this place explain a part of it: {told}. It may be such "
+        "physics with another law."
+    ]
 
 
 def ended_early(by: str) -> str:

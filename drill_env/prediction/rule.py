@@ -44,11 +44,14 @@ class Grades:
         component: probability that it sits there.
         depends_on: and is a function of that coordinate.
         law: and has that law.
+        nearest: of a free shape, names of its place that unseen readings ask for, with the share of
+            what it explains, the largest first: such physics with another law.
     """
 
     component: float
     depends_on: float
     law: float
+    nearest: tuple[tuple[str, float], ...] = ()
 
 
 NO_GRADES = Grades(0.0, 0.0, 0.0)
@@ -159,4 +162,6 @@ def _grades(taken: Entrant, there: Sequence[Entrant]) -> Grades:
     same = [e for e in there if e.component == taken.component]
     on = [e for e in same if e.depends_on == taken.depends_on]
     sums = [sum(e.row.weight for e in part) for part in (same, on)]
-    return Grades(min(sums[0], 1.0), min(sums[1], 1.0), min(taken.row.weight, 1.0))
+    names = [] if taken.named else sorted((e for e in on if e.named), key=lambda e: -e.row.gain)
+    nearest = tuple((e.id, min(e.row.gain / taken.row.gain, 1.0)) for e in names)
+    return Grades(min(sums[0], 1.0), min(sums[1], 1.0), min(taken.row.weight, 1.0), nearest)
