@@ -9,6 +9,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from benchmarks.fuzz import balance
 from benchmarks.fuzz.balance import judge
@@ -70,6 +71,31 @@ def test_another_effects_switch_leaves_what_has_yielded_alone() -> None:
     run = simulate(rig, drive, 3.0, t_eval=np.array([1.99, 2.0 + 1e-9, 2.5]))
     assert run.state[0, 1] == 0.0
     assert run.inner[:, 0] == pytest.approx([-1.0, -1.0, 1.0], abs=1e-6)
+
+
+def test_a_disc_that_a_quick_drive_turns_round_within_the_first_step() -> None:
+    """Case 103 of seed 11, wide: in the first try the voltage rises on, far beyond its end."""
+    rig = Rig(Tsl=10.0, T1=0.0, T2=0.0)
+    offset, rate, volts = 2.0 * rig.Tsu + 0.1, 2e4, 1e-3
+    effects = (
+        {"id": "upper_offset", "torque": offset},
+        {"id": "slew_limit", "rate": rate},
+    )
+    run = simulate(rig.replace(effects=effects), volts, 0.1, rate=100.0)
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        u = min(rate * t, volts)
+        friction = -(rig.Tsu - rig.dTsu) + (rig.bu - rig.dbu) * y[1]
+        return [y[1], (rig.km * u - offset - friction - rig.ktheta * y[0]) / rig.Ju]
+
+    risen = volts / rate
+    early = solve_ivp(rates, (0.0, risen), np.zeros(2), rtol=1e-12, atol=1e-15)
+    assert early.y[1, -1] < 0.0
+    truth = solve_ivp(rates, (risen, 0.1), early.y[:, -1], rtol=1e-12, atol=1e-15, t_eval=run.t[1:])
+    assert (truth.y[1] < 0.0).all()
+    assert run.events.t == pytest.approx([risen], rel=1e-9)
+    assert run.inner[1:, 0] == pytest.approx(volts, abs=1e-12)
+    assert run.state[1:, :2] == pytest.approx(truth.y.T, abs=1e-9)
 
 
 def test_the_judge_tells_a_motion_that_is_no_solution(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -151,13 +151,16 @@ def root_share(which, p, run, work, tab, h, left, right):
 
 @kernel
 def share_of_return(which, p, run, work, tab, h, width):
-    """Where a switch that has just been passed closes again before `width`, 0 if it stays shut."""
-    if which > LOWER_LAW:
-        left, right = 0.5 * width, width
-        for _ in range(20):
-            if dense_event(which, p, run, work, tab, h, left) > 0.0:
-                return root_share(which, p, run, work, tab, h, left, right)
-            left, right = 0.5 * left, left
+    """Where a function that is zero at the start falls again before `width`, 0 if it never rose.
+
+    That of a switch just passed, or the speed of a disc just released that a drive, far quicker
+    than the step, turns round: the step is only a try.
+    """
+    left, right = 0.5 * width, width
+    for _ in range(20):
+        if dense_event(which, p, run, work, tab, h, left) > 0.0:
+            return root_share(which, p, run, work, tab, h, left, right)
+        left, right = 0.5 * left, left
     return 0.0
 
 
