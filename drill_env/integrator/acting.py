@@ -6,7 +6,6 @@ it as a disc's stick or slip does.
 """
 
 from drill_env._jit import inlined, kernel, placed, unit
-from drill_env.dynamics.kernels import clamp_event
 from drill_env.effects.signal import ENTRY, clear_ports, respond
 from drill_env.friction.kernels import lower_sliding, upper_sliding
 from drill_env.integrator._resting import LOWER, UPPER, choose_push, keep_held, settle_rates
@@ -34,7 +33,7 @@ def set_upper_law(p, s):
     s.friction_u = s.side_u * upper_sliding(p, s.side_u, s.side_u * s.speed_u)
 
 
-@kernel
+@inlined
 def set_signal(p, run, work, row, t, u):
     """What the effects read in the state of a row."""
     s, y, mode = work.signal, work.ys[row], run.mode
@@ -52,7 +51,7 @@ def set_signal(p, run, work, row, t, u):
         s.friction_l = lower_law(p, run, s.speed_l)
 
 
-@kernel
+@inlined
 def lower_law(p, run, speed):
     """Size (Nm) of the lower disc's own friction."""
     if run.mode[2] == 1:
@@ -61,14 +60,14 @@ def lower_law(p, run, speed):
     return p.Tsl if speed == 0.0 else lower_sliding(p, speed)
 
 
-@kernel
+@inlined
 def law_elsewhere(p, speed):
     """The same at a speed that is not the disc's own, whose clamping no event tells."""
     torque = lower_sliding(p, speed)
     return max(torque, 0.0) if p.clamp else torque
 
 
-@kernel
+@inlined
 def ask(p, run, work, row, t):
     """Let every effect add to the ports."""
     s, out = work.signal, work.ports
@@ -95,7 +94,7 @@ def ask(p, run, work, row, t):
                 work.zs[row, e.first_state + j] = e.z[j]
 
 
-@kernel
+@inlined
 def pulls(p, run, work, u):
     """Torques (Nm) on both discs without their friction, and the sizes of that."""
     s, out = work.signal, work.ports
@@ -158,7 +157,6 @@ def rates_with_effects(p, run, work, row, t, u):
         gaps[1] = mode[1] * y[2]
     elif p.locked:
         gaps[1] = 1.0
-    gaps[2] = clamp_event(p, mode[1], mode[2], y[2], k[2])[0]
 
 
 @unit(STAGE)
