@@ -17,7 +17,7 @@ from benchmarks.fuzz.draws import Case, draw_case
 from benchmarks.fuzz.rigs import OPEN, verdict
 from drill_env import Rig
 from drill_env.effects import LIBRARY
-from drill_env.integrator import Trajectory, as_voltage, sampled_voltage, simulate
+from drill_env.integrator import Disc, Trajectory, as_voltage, sampled_voltage, simulate
 
 pytestmark = pytest.mark.filterwarnings("ignore::drill_env.integrator.NegativeFrictionWarning")
 
@@ -96,6 +96,33 @@ def test_a_disc_that_a_quick_drive_turns_round_within_the_first_step() -> None:
     assert run.events.t == pytest.approx([risen], rel=1e-9)
     assert run.inner[1:, 0] == pytest.approx(volts, abs=1e-12)
     assert run.state[1:, :2] == pytest.approx(truth.y.T, abs=1e-9)
+
+
+def test_a_motor_in_its_play_leaves_once_though_a_loss_differs_with_the_disc_at_rest() -> None:
+    """Case 7538 of seed 37: a disc that nothing pulls on leans to both sides, half a loss each."""
+    rig = Rig(dTsu=0.0, dbu=0.0)
+    loss, share, own = 0.2, 0.3, 0.5
+    play = {
+        "id": "gear_backlash", "gap": 0.3, "motor_share": share, "frequency": 10.0,
+        "friction_share": own, "damping": 0.2,
+    }  # fmt: skip
+    effects = ({"id": "drive_braking_loss", "loss": loss}, play)
+    times = np.linspace(0.0, 0.14, 15)
+    run = simulate(rig.replace(effects=effects), lambda t: t, 0.14, t_eval=times)
+    driven = (1.0 - 0.5 * loss) * rig.km
+    leaves = own * rig.Tsu / driven
+
+    def rates(t: float, z: np.ndarray) -> list[float]:
+        return [z[1], (driven * t - own * (rig.Tsu + rig.bu * z[1])) / (share * rig.Ju)]
+
+    after = times > leaves
+    truth = solve_ivp(
+        rates, (leaves, 0.14), np.zeros(2), rtol=1e-12, atol=1e-14, t_eval=times[after]
+    )
+    assert (truth.y[0] < 0.15).all()
+    assert run.events.where(Disc.EFFECT).t[-1] == pytest.approx(leaves, abs=1e-9)
+    assert (run.inner[~after] == 0.0).all()
+    assert run.inner[after] == pytest.approx(truth.y.T, abs=1e-9)
 
 
 def test_the_judge_tells_a_motion_that_is_no_solution(monkeypatch: pytest.MonkeyPatch) -> None:

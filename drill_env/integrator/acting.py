@@ -8,7 +8,15 @@ it as a disc's stick or slip does.
 from drill_env._jit import inlined, kernel, placed, unit
 from drill_env.effects.signal import ENTRY, clear_ports, respond
 from drill_env.friction.kernels import lower_sliding, upper_sliding
-from drill_env.integrator._resting import LOWER, UPPER, choose_push, keep_held, settle_rates
+from drill_env.integrator._resting import (
+    FIRST_SWITCH,
+    LOWER,
+    UPPER,
+    choose_push,
+    keep_held,
+    keep_side,
+    settle_sides,
+)
 from drill_env.integrator._step import dense_at, inner_at
 from drill_env.integrator._voltage_piece import past_voltage_at, voltage_at, voltage_slope
 from drill_env.integrator.records import SPARE
@@ -17,7 +25,6 @@ from drill_env.integrator.signatures import CHANGE, GAP, RATES, STAGE, call_rate
 entry_at = placed(ENTRY)
 
 STICK, SLIP, REVERSAL, SWITCH = 0, 1, 2, 6
-_FIRST_SWITCH = 3
 
 
 @inlined
@@ -86,7 +93,7 @@ def ask(p, run, work, row, t):
         for j in range(e.states):
             work.kz[row, e.first_state + j] = e.rate[j]
         for j in range(e.switches):
-            work.gaps[row, _FIRST_SWITCH + e.first_switch + j] = e.gap[j]
+            work.gaps[row, FIRST_SWITCH + e.first_switch + j] = e.gap[j]
             work.next[e.first_switch + j] = e.next[j]
             run.branch[e.first_switch + j] = e.side[j]
         if s.first or s.settle:
@@ -134,16 +141,16 @@ def rates_with_effects(p, run, work, row, t, u):
             break
         keep_held(work, UPPER, attempt, size_u, push[0] * net_u)
         keep_held(work, LOWER, attempt, size_l, push[1] * net_l)
-        for r in range(work.inner):
-            work.kz_sides[attempt, r] = work.kz[row, r]
+        if work.sided:
+            keep_side(work, row, attempt)
         if attempt == 1:
             held_u, held_l = choose_push(run, work, UPPER), choose_push(run, work, LOWER)
             if (mode[0] != 0 or push[0] == 1) and (mode[1] != 0 or push[1] == 1):
                 break
             if not work.sided:
                 break
-    if rests and work.inner > 0:
-        settle_rates(run, work, row)
+    if rests and work.sided:
+        settle_sides(run, work, row)
     work.net[0], work.net[1], work.asked = net_u, net_l, row
     y = work.ys[row]
     k[0], k[3] = y[1] - y[2], y[2]
@@ -203,8 +210,8 @@ def rates_now(p, run, work, tab, u):
 def change_with_effects(p, run, work, tab, which, u):
     """Pass an event other than the clamped law's; returns its kind."""
     rates_now(p, run, work, tab, u)
-    if which >= _FIRST_SWITCH:
-        run.branch[which - _FIRST_SWITCH] = work.next[which - _FIRST_SWITCH]
+    if which >= FIRST_SWITCH:
+        run.branch[which - FIRST_SWITCH] = work.next[which - FIRST_SWITCH]
         work.signal.settle = 1
         rates_now(p, run, work, tab, u)
         work.signal.settle = 0
