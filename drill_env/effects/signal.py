@@ -4,7 +4,7 @@ import numpy as np
 from numba import from_dtype, types
 from numba.core.typing.templates import signature
 
-from drill_env._jit import caller, inlined, unit
+from drill_env._jit import caller, inlined, placed, unit
 from drill_env.parameters.record import PARAMETERS
 
 SIGNAL = np.dtype(
@@ -96,6 +96,9 @@ ENTRY = np.dtype(
     align=True,
 )
 """One declared effect with its working place."""
+
+entry_at = placed(ENTRY)
+"""For kernels: `entry_at(address, i)`."""
 
 _RESPOND = signature(
     types.none, from_dtype(PARAMETERS), from_dtype(ENTRY), from_dtype(SIGNAL), from_dtype(PORTS)

@@ -4,9 +4,9 @@ from drill_env._jit import inlined, kernel
 from drill_env.dynamics.kernels import clamp_event, lower_event, upper_event
 from drill_env.integrator._step import dense_at, inner_dense
 from drill_env.integrator._voltage_piece import voltage_at, voltage_slope
+from drill_env.integrator.records import LOWER, LOWER_LAW, UPPER
 from drill_env.integrator.signatures import call_fill, call_gap, call_step
 
-UPPER, LOWER, LOWER_LAW = 0, 1, 2
 # What lies this little on the other side of a switch is there by rounding.
 CLOSED = 1e-11
 _SAMPLES = 16

@@ -3,14 +3,9 @@
 Friction and effects may differ on both sides of rest, so both are asked.
 """
 
-from drill_env._jit import kernel, placed
-from drill_env.effects.signal import ENTRY
-
-entry_at = placed(ENTRY)
-
-UPPER, LOWER = 0, 1
-# Of the event functions; those of the discs and the clamped law come before.
-FIRST_SWITCH = 3
+from drill_env._jit import kernel
+from drill_env.effects.signal import entry_at
+from drill_env.integrator.records import FIRST_SWITCH, LOWER, UPPER
 
 
 @kernel

@@ -5,26 +5,15 @@ states of their own. Corners and jumps are switches; each holds its branch withi
 it as a disc's stick or slip does.
 """
 
-from drill_env._jit import inlined, kernel, placed, unit
-from drill_env.effects.signal import ENTRY, clear_ports, respond
-from drill_env.friction.kernels import lower_sliding, upper_sliding
-from drill_env.integrator._resting import (
-    FIRST_SWITCH,
-    LOWER,
-    UPPER,
-    choose_push,
-    keep_held,
-    keep_side,
-    settle_sides,
-)
+from drill_env._jit import inlined, kernel, unit
+from drill_env.effects.signal import clear_ports, entry_at, respond
+from drill_env.friction.kernels import lower_size, lower_sliding, upper_sliding
+from drill_env.integrator._resting import choose_push, keep_held, keep_side, settle_sides
 from drill_env.integrator._step import dense_at, inner_at
 from drill_env.integrator._voltage_piece import past_voltage_at, voltage_at, voltage_slope
-from drill_env.integrator.records import SPARE
+from drill_env.integrator.modes import REVERSAL, SLIP, STICK, SWITCH
+from drill_env.integrator.records import FIRST_SWITCH, LOWER, SPARE, UPPER
 from drill_env.integrator.signatures import CHANGE, GAP, RATES, STAGE, call_rates
-
-entry_at = placed(ENTRY)
-
-STICK, SLIP, REVERSAL, SWITCH = 0, 1, 2, 6
 
 
 @inlined
@@ -68,13 +57,6 @@ def lower_law(p, run, speed):
 
 
 @inlined
-def law_elsewhere(p, speed):
-    """The same at a speed that is not the disc's own, whose clamping no event tells."""
-    torque = lower_sliding(p, speed)
-    return max(torque, 0.0) if p.clamp else torque
-
-
-@inlined
 def ask(p, run, work, row, t):
     """Let every effect add to the ports."""
     s, out = work.signal, work.ports
@@ -109,7 +91,8 @@ def pulls(p, run, work, u):
     net_u = out.drive * p.km * (u + out.volts) + p.load_u + out.torque_u - string
     net_l = string + p.load_l + out.torque_l
     if out.read_l != s.speed_l:
-        law = law_elsewhere(p, out.read_l)
+        # Its clamping no event tells.
+        law = lower_size(p, out.read_l)
     else:
         law = s.friction_l if work.own_law else lower_law(p, run, s.speed_l)
     size_u = s.friction_u * (1.0 + out.scale_u) + out.size_u

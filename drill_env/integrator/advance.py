@@ -11,7 +11,7 @@ from drill_env._jit import (
     store_whole,
     unit,
 )
-from drill_env.integrator._events import LOWER_LAW, first_event
+from drill_env.integrator._events import first_event
 from drill_env.integrator._step import dense_at, fill_rates, inner_at, inner_dense
 from drill_env.integrator._step_size import (
     CHATTER_LIMIT,
@@ -26,7 +26,7 @@ from drill_env.integrator._step_size import (
 from drill_env.integrator._variational import copy_sensitivity
 from drill_env.integrator._voltage_piece import load_piece, voltage_at
 from drill_env.integrator.modes import change, note_turn, overdue
-from drill_env.integrator.records import N_STATE
+from drill_env.integrator.records import LOWER_LAW, N_STATE
 from drill_env.integrator.signatures import ADVANCE, call_advance, call_fill, call_step
 
 _NO_TIME = 1e-13

@@ -16,6 +16,8 @@ MAX_COEFFICIENTS = 8
 MAX_STAGES = 16
 # Place for a state that is no stage of a step.
 SPARE = MAX_STAGES
+# Order of the event functions: of the discs, of the clamped law, of the effects' switches.
+UPPER, LOWER, LOWER_LAW, FIRST_SWITCH = 0, 1, 2, 3
 
 # Longer steps leap over the steep friction near rest without the error estimate noticing.
 STEPS_PER_PERIOD = 28.0
