@@ -43,7 +43,7 @@ def load_rates(p, run, work, tab):
     if not work.has_rates:
         for r in range(work.inner):
             work.zs[0, r] = run.z[r]
-        fill_rates(p, run, work, tab, 0.0, int64(0), voltage_at(work, run.t))
+        fill_rates(p, run, work, tab, 0.0, int64(0))
         work.has_rates = 1
 
 
