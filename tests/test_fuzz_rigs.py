@@ -17,7 +17,7 @@ from benchmarks.fuzz.draws import Case, draw_case
 from benchmarks.fuzz.rigs import OPEN, verdict
 from drill_env import Rig
 from drill_env.effects import LIBRARY
-from drill_env.integrator import Disc, Trajectory, as_voltage, sampled_voltage, simulate
+from drill_env.integrator import Disc, Kind, Trajectory, as_voltage, sampled_voltage, simulate
 
 pytestmark = pytest.mark.filterwarnings("ignore::drill_env.integrator.NegativeFrictionWarning")
 
@@ -123,6 +123,33 @@ def test_a_motor_in_its_play_leaves_once_though_a_loss_differs_with_the_disc_at_
     assert run.events.where(Disc.EFFECT).t[-1] == pytest.approx(leaves, abs=1e-9)
     assert (run.inner[~after] == 0.0).all()
     assert run.inner[after] == pytest.approx(truth.y.T, abs=1e-9)
+
+
+def test_a_grip_that_the_first_try_leaps_over_is_seen_before_the_disc_stops() -> None:
+    """Case 4765 of seed 37, wide: friction that rises within the last 0.1 ms of a slip."""
+    rig = Rig(friction="coulomb", Tsl=0.07, T1=0.0, T2=0.0, ktheta=0.06, Tsu=10.0)
+    torque, velocity = 0.01, 2e-3
+    grip = {"id": "lower_gaussian_stribeck", "torque": torque, "velocity": velocity}
+    run = simulate(rig.replace(effects=(grip,)), 0.0, 1.0, initial=np.array([0.0, 0.0, 1.0, 0.0]))
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        friction = rig.Tsl + rig.bl * y[1] + torque * np.exp(-((y[1] / velocity) ** 2))
+        return [-y[1], (rig.ktheta * y[0] - friction) / rig.Jl]
+
+    def stops(t: float, y: np.ndarray) -> float:
+        return y[1]
+
+    stops.terminal = True  # pyright: ignore[reportFunctionMemberAccess]
+    start = np.array([0.0, 1.0])
+    # At 0.4 s the disc still turns too fast for the grip: exp(-33).
+    early = solve_ivp(rates, (0.0, 0.4), start, rtol=1e-12, atol=1e-14)
+    truth = solve_ivp(
+        rates, (0.4, 1.0), early.y[:, -1], method="DOP853", events=stops, rtol=1e-12, atol=1e-14,
+        max_step=1e-5,
+    )  # fmt: skip
+    stop = run.events.where(Disc.LOWER, Kind.STICK)
+    assert stop.t == pytest.approx(truth.t_events[0], abs=1e-9)
+    assert stop.state[0, 0] == pytest.approx(truth.y_events[0][0, 0], abs=1e-9)
 
 
 def test_the_judge_tells_a_motion_that_is_no_solution(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -193,7 +193,9 @@ def one_step(p, run, work, tab):
     adapt(run, tab, h, clipped, error)
     which, tried = -1, h
     if watching:
-        which, h = first_event(p, run, work, tab, h)
+        which, h, error = first_event(p, run, work, tab, h)
+        if not error <= 1.0:
+            return reject(run, tab, h, error)
     if which >= 0 and h == 0.0:
         # A switch whose function is zero right here.
         work.located = 1 if which > LOWER_LAW else 0
