@@ -152,6 +152,33 @@ def test_a_grip_that_the_first_try_leaps_over_is_seen_before_the_disc_stops() ->
     assert stop.state[0, 0] == pytest.approx(truth.y_events[0][0, 0], abs=1e-9)
 
 
+def test_samples_between_steps_are_as_good_as_steps_where_a_body_settles_quickly() -> None:
+    """Case 5708 of seed 37, wide: steps were as long as twelve times the body's own time."""
+    rig = Rig(
+        km=2.2571, Ju=0.843, Tsu=0.0, dTsu=0.0, bu=0.318, dbu=0.0, Jl=0.153, ktheta=0.78,
+        Tsl=0.0015, T1=0.0, T2=0.0, bl=0.1, friction="coulomb",
+    )  # fmt: skip
+    hertz, share, damping = 38.7, 0.1, 0.91
+    body = {"id": "upper_resonator", "frequency": hertz, "share": share, "damping": damping}
+    start, times = np.array([-2.0, 8.0, 6.0, 0.0]), np.linspace(0.0, 1.0, 1001)
+    run = simulate(rig.replace(effects=(body,)), 2.0, 1.0, initial=start, t_eval=times)
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        wave, slip = 2.0 * np.pi * hertz, y[4] - y[1]
+        pull = wave * wave * y[3] + 2.0 * damping * wave * slip
+        twist = rig.ktheta * y[0]
+        drive = 2.0 * rig.km + share * rig.Ju * pull - rig.bu * y[1] - twist
+        return [
+            y[1] - y[2], drive / rig.Ju, (twist - rig.Tsl - rig.bl * y[2]) / rig.Jl, slip, -pull,
+        ]  # fmt: skip
+
+    begin = np.array([-2.0, 8.0, 6.0, 0.0, 8.0])
+    truth = solve_ivp(rates, (0.0, 1.0), begin, rtol=1e-12, atol=1e-14, t_eval=times, max_step=2e-3)
+    assert (truth.y[1:3] > 0.0).all()
+    assert run.omega_u == pytest.approx(truth.y[1], abs=1e-8)
+    assert run.inner == pytest.approx(truth.y[3:].T, abs=1e-7)
+
+
 def test_the_judge_tells_a_motion_that_is_no_solution(monkeypatch: pytest.MonkeyPatch) -> None:
     """A speed that is wrong by a hundredth, and a disc that is held for ever, do not pass."""
     effects = ({"id": "friction_lag", "time_constant": 0.02},)
