@@ -154,11 +154,13 @@ def share_of_return(which, p, run, work, tab, h, width):
     """Where a function that is zero at the start falls again before `width`, 0 if it never rose.
 
     That of a switch just passed, or the speed of a disc just released that a drive, far quicker
-    than the step, turns round: the step is only a try.
+    than the step, turns round: the step is only a try. A disc that leaves by rounding alone has not
+    risen.
     """
+    least = 0.0 if which > LOWER_LAW else CLOSED
     left, right = 0.5 * width, width
     for _ in range(20):
-        if dense_event(which, p, run, work, tab, h, left) > 0.0:
+        if dense_event(which, p, run, work, tab, h, left) > least:
             return root_share(which, p, run, work, tab, h, left, right)
         left, right = 0.5 * left, left
     return 0.0
