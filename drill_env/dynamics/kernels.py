@@ -29,7 +29,7 @@ from drill_env.parameters.record import (
 )
 
 # Of a sum of four products: as many units in the last place.
-_ROUNDING = 4.0 * 2.0**-52
+ROUNDING = 4.0 * 2.0**-52
 
 
 @inlined
@@ -73,7 +73,7 @@ def upper_margin(p, twist, u):
     """Stiction left at the upper disc (Nm), and the sign it would leave in."""
     drive = p.km * u + p.load_u - p.ktheta * twist - p.dTsu
     # A voltage that just holds does so whichever way its sum is rounded.
-    stiction = p.Tsu + _ROUNDING * (p.Tsu + abs(p.km * u) + abs(p.ktheta * twist) + abs(p.dTsu))
+    stiction = p.Tsu + ROUNDING * (p.Tsu + abs(p.km * u) + abs(p.ktheta * twist) + abs(p.dTsu))
     return (stiction - drive, 1) if drive >= 0.0 else (stiction + drive, -1)
 
 

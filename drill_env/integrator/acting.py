@@ -6,6 +6,7 @@ it as a disc's stick or slip does.
 """
 
 from drill_env._jit import inlined, kernel, unit
+from drill_env.dynamics.kernels import ROUNDING
 from drill_env.effects.signal import clear_ports, entry_at, respond
 from drill_env.friction.kernels import lower_size, lower_sliding, upper_sliding
 from drill_env.integrator._resting import choose_push, keep_held, keep_side, settle_sides
@@ -122,7 +123,9 @@ def rates_with_effects(p, run, work, row, t, u):
         net_u, net_l, size_u, size_l = pulls(p, run, work, u)
         if not rests or attempt == 2:
             break
-        keep_held(work, UPPER, attempt, size_u, push[0] * net_u)
+        # As in `upper_margin`: what just holds does so whichever way its sum is rounded.
+        terms = abs(p.km * u) + abs(work.signal.pull)
+        keep_held(work, UPPER, attempt, size_u, push[0] * net_u - ROUNDING * (size_u + terms))
         keep_held(work, LOWER, attempt, size_l, push[1] * net_l)
         if work.sided:
             keep_side(work, row, attempt)
