@@ -9,6 +9,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from benchmarks.fuzz import balance
 from benchmarks.fuzz.balance import judge
@@ -16,7 +17,7 @@ from benchmarks.fuzz.draws import Case, draw_case
 from benchmarks.fuzz.rigs import OPEN, verdict
 from drill_env import Rig
 from drill_env.effects import LIBRARY
-from drill_env.integrator import Trajectory, as_voltage, sampled_voltage, simulate
+from drill_env.integrator import Disc, Kind, Trajectory, as_voltage, sampled_voltage, simulate
 
 pytestmark = pytest.mark.filterwarnings("ignore::drill_env.integrator.NegativeFrictionWarning")
 
@@ -70,6 +71,123 @@ def test_another_effects_switch_leaves_what_has_yielded_alone() -> None:
     run = simulate(rig, drive, 3.0, t_eval=np.array([1.99, 2.0 + 1e-9, 2.5]))
     assert run.state[0, 1] == 0.0
     assert run.inner[:, 0] == pytest.approx([-1.0, -1.0, 1.0], abs=1e-6)
+
+
+def test_a_disc_that_a_quick_drive_turns_round_within_the_first_step() -> None:
+    """Case 103 of seed 11, wide: in the first try the voltage rises on, far beyond its end."""
+    rig = Rig(Tsl=10.0, T1=0.0, T2=0.0)
+    offset, rate, volts = 2.0 * rig.Tsu + 0.1, 2e4, 1e-3
+    effects = (
+        {"id": "upper_offset", "torque": offset},
+        {"id": "slew_limit", "rate": rate},
+    )
+    run = simulate(rig.replace(effects=effects), volts, 0.1, rate=100.0)
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        u = min(rate * t, volts)
+        friction = -(rig.Tsu - rig.dTsu) + (rig.bu - rig.dbu) * y[1]
+        return [y[1], (rig.km * u - offset - friction - rig.ktheta * y[0]) / rig.Ju]
+
+    risen = volts / rate
+    early = solve_ivp(rates, (0.0, risen), np.zeros(2), rtol=1e-12, atol=1e-15)
+    assert early.y[1, -1] < 0.0
+    truth = solve_ivp(rates, (risen, 0.1), early.y[:, -1], rtol=1e-12, atol=1e-15, t_eval=run.t[1:])
+    assert (truth.y[1] < 0.0).all()
+    assert run.events.t == pytest.approx([risen], rel=1e-9)
+    assert run.inner[1:, 0] == pytest.approx(volts, abs=1e-12)
+    assert run.state[1:, :2] == pytest.approx(truth.y.T, abs=1e-9)
+
+
+def test_a_motor_in_its_play_leaves_once_though_a_loss_differs_with_the_disc_at_rest() -> None:
+    """Case 7538 of seed 37: a disc that nothing pulls on leans to both sides, half a loss each."""
+    rig = Rig(dTsu=0.0, dbu=0.0)
+    loss, share, own = 0.2, 0.3, 0.5
+    play = {
+        "id": "gear_backlash", "gap": 0.3, "motor_share": share, "frequency": 10.0,
+        "friction_share": own, "damping": 0.2,
+    }  # fmt: skip
+    effects = ({"id": "drive_braking_loss", "loss": loss}, play)
+    times = np.linspace(0.0, 0.14, 15)
+    run = simulate(rig.replace(effects=effects), lambda t: t, 0.14, t_eval=times)
+    driven = (1.0 - 0.5 * loss) * rig.km
+    leaves = own * rig.Tsu / driven
+
+    def rates(t: float, z: np.ndarray) -> list[float]:
+        return [z[1], (driven * t - own * (rig.Tsu + rig.bu * z[1])) / (share * rig.Ju)]
+
+    after = times > leaves
+    truth = solve_ivp(
+        rates, (leaves, 0.14), np.zeros(2), rtol=1e-12, atol=1e-14, t_eval=times[after]
+    )
+    assert (truth.y[0] < 0.15).all()
+    assert run.events.where(Disc.EFFECT).t[-1] == pytest.approx(leaves, abs=1e-9)
+    assert (run.inner[~after] == 0.0).all()
+    assert run.inner[after] == pytest.approx(truth.y.T, abs=1e-9)
+
+
+def test_a_grip_that_the_first_try_leaps_over_is_seen_before_the_disc_stops() -> None:
+    """Case 4765 of seed 37, wide: friction that rises within the last 0.1 ms of a slip."""
+    rig = Rig(friction="coulomb", Tsl=0.07, T1=0.0, T2=0.0, ktheta=0.06, Tsu=10.0)
+    torque, velocity = 0.01, 2e-3
+    grip = {"id": "lower_gaussian_stribeck", "torque": torque, "velocity": velocity}
+    run = simulate(rig.replace(effects=(grip,)), 0.0, 1.0, initial=np.array([0.0, 0.0, 1.0, 0.0]))
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        friction = rig.Tsl + rig.bl * y[1] + torque * np.exp(-((y[1] / velocity) ** 2))
+        return [-y[1], (rig.ktheta * y[0] - friction) / rig.Jl]
+
+    def stops(t: float, y: np.ndarray) -> float:
+        return y[1]
+
+    stops.terminal = True  # pyright: ignore[reportFunctionMemberAccess]
+    start = np.array([0.0, 1.0])
+    # At 0.4 s the disc still turns too fast for the grip: exp(-33).
+    early = solve_ivp(rates, (0.0, 0.4), start, rtol=1e-12, atol=1e-14)
+    truth = solve_ivp(
+        rates, (0.4, 1.0), early.y[:, -1], method="DOP853", events=stops, rtol=1e-12, atol=1e-14,
+        max_step=1e-5,
+    )  # fmt: skip
+    stop = run.events.where(Disc.LOWER, Kind.STICK)
+    assert stop.t == pytest.approx(truth.t_events[0], abs=1e-9)
+    assert stop.state[0, 0] == pytest.approx(truth.y_events[0][0, 0], abs=1e-9)
+
+
+def test_samples_between_steps_are_as_good_as_steps_where_a_body_settles_quickly() -> None:
+    """Case 5708 of seed 37, wide: steps were as long as twelve times the body's own time."""
+    rig = Rig(
+        km=2.2571, Ju=0.843, Tsu=0.0, dTsu=0.0, bu=0.318, dbu=0.0, Jl=0.153, ktheta=0.78,
+        Tsl=0.0015, T1=0.0, T2=0.0, bl=0.1, friction="coulomb",
+    )  # fmt: skip
+    hertz, share, damping = 38.7, 0.1, 0.91
+    body = {"id": "upper_resonator", "frequency": hertz, "share": share, "damping": damping}
+    start, times = np.array([-2.0, 8.0, 6.0, 0.0]), np.linspace(0.0, 1.0, 1001)
+    run = simulate(rig.replace(effects=(body,)), 2.0, 1.0, initial=start, t_eval=times)
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        wave, slip = 2.0 * np.pi * hertz, y[4] - y[1]
+        pull = wave * wave * y[3] + 2.0 * damping * wave * slip
+        twist = rig.ktheta * y[0]
+        drive = 2.0 * rig.km + share * rig.Ju * pull - rig.bu * y[1] - twist
+        return [
+            y[1] - y[2], drive / rig.Ju, (twist - rig.Tsl - rig.bl * y[2]) / rig.Jl, slip, -pull,
+        ]  # fmt: skip
+
+    begin = np.array([-2.0, 8.0, 6.0, 0.0, 8.0])
+    truth = solve_ivp(rates, (0.0, 1.0), begin, rtol=1e-12, atol=1e-14, t_eval=times, max_step=2e-3)
+    assert (truth.y[1:3] > 0.0).all()
+    assert run.omega_u == pytest.approx(truth.y[1], abs=1e-8)
+    assert run.inner == pytest.approx(truth.y[3:].T, abs=1e-7)
+
+
+@pytest.mark.parametrize("given", [(38, 3971, False), (38, 2397, True)])
+def test_a_voltage_that_just_equals_stiction_holds_the_disc(given: tuple[int, int, bool]) -> None:
+    """It left by rounding and came back, twelve times each 1e-7 s."""
+    case = draw_case(*given[:2], wide=given[2])
+    rig = case.rig
+    assert case.voltage(0.0) == (rig.Tsu + rig.dTsu) / rig.km
+    run = simulate(rig, case.voltage, 10.0, initial=case.start)
+    assert run.steps + len(run.events) < 1000
+    assert run.state == pytest.approx(0.0, abs=1e-9)
 
 
 def test_the_judge_tells_a_motion_that_is_no_solution(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -28,6 +28,9 @@ from drill_env.parameters.record import (
     TSU,
 )
 
+# Of a sum of four products: as many units in the last place.
+ROUNDING = 4.0 * 2.0**-52
+
 
 @inlined
 def upper_rate(p, upper, twist, omega_u, u):
@@ -69,7 +72,9 @@ def lower_rate_with(p, lower, clamped, twist, omega_l):
 def upper_margin(p, twist, u):
     """Stiction left at the upper disc (Nm), and the sign it would leave in."""
     drive = p.km * u + p.load_u - p.ktheta * twist - p.dTsu
-    return (p.Tsu - drive, 1) if drive >= 0.0 else (p.Tsu + drive, -1)
+    # A voltage that just holds does so whichever way its sum is rounded.
+    stiction = p.Tsu + ROUNDING * (p.Tsu + abs(p.km * u) + abs(p.ktheta * twist) + abs(p.dTsu))
+    return (stiction - drive, 1) if drive >= 0.0 else (stiction + drive, -1)
 
 
 @inlined

@@ -2,7 +2,7 @@
 
 from math import ceil, exp, sqrt
 
-from drill_env._jit import kernel
+from drill_env._jit import entry, kernel
 from drill_env.effects._along_ports import (
     acceleration_u,
     ask,
@@ -59,6 +59,16 @@ def fastest_rate(p, e, s, out, slopes):
             # Of a pair that rings both slopes across together are the square of its frequency.
             fastest = max(fastest, sqrt(abs(slopes[i, j] * slopes[j, i])))
     return fastest
+
+
+@entry
+def fastest_at_rest(p, e, s, out, slopes):
+    """As `fastest_rate`, while the rig rests; `slopes` begins with the Jacobian of the rates."""
+    set_motion(p, s, 0.0, 0.0, 0.0, 0.0, 0.0)
+    s.choose = s.first = 1
+    ask(p, e, s, out)
+    s.first = 0
+    return fastest_rate(p, e, s, out, slopes)
 
 
 @kernel

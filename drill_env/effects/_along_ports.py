@@ -2,7 +2,7 @@
 
 from drill_env._jit import inlined, kernel
 from drill_env.effects.signal import clear_ports, respond
-from drill_env.friction.kernels import lower_sliding
+from drill_env.friction.kernels import lower_size
 
 
 @inlined
@@ -24,13 +24,6 @@ def set_motion(p, s, x, v, w, angle, u):
     side = 0.0 if s.rest_u else s.side_u
     s.friction_u = p.Tsu + side * p.dTsu + (p.bu + side * p.dbu) * s.speed_u
     s.friction_l = lower_size(p, s.speed_l)
-
-
-@kernel
-def lower_size(p, speed):
-    """Size (Nm) of the lower disc's own friction."""
-    torque = lower_sliding(p, speed)
-    return 0.0 if p.clamp and torque < 0.0 else torque
 
 
 @kernel

@@ -5,6 +5,7 @@ from math import pi
 from drill_env._jit import kernel
 from drill_env.effects._effect import shape
 from drill_env.effects.signal import branch
+from drill_env.friction.kernels import upper_sliding
 
 MOTOR_SHARE = shape("motor_share", "1", (0.1, 0.25, 0.5), low=0.01, high=0.95, form=0.25)
 """Of the upper disc's inertia. Only where the disc is released and held does it show."""
@@ -51,12 +52,6 @@ def wind(p, e, s, share, frequency, damping, gap):
 
 
 @kernel
-def motor_friction(p, side, speed):
-    """Size (Nm) of the drive's whole friction at a speed in direction `side`."""
-    return p.Tsu + side * p.dTsu + (p.bu + side * p.dbu) * side * speed
-
-
-@kernel
 def choose_motor(e, s, ahead, held):
     """Direction of the motor where no event tells it: it stops where it passes rest and is held."""
     speed = e.z[1].real
@@ -75,14 +70,14 @@ def turn_motor(p, e, s, out, share, torque, at_motor):
     """Rates of the motor's angle and speed; its share of the friction holds it like a disc's."""
     push = p.km * (s.u + out.volts) - torque
     ahead = 1 if push.real >= 0.0 else -1
-    held = at_motor * motor_friction(p, ahead, 0.0) - ahead * push
+    held = at_motor * ahead * upper_sliding(p, ahead, 0.0) - ahead * push
     if s.choose:
         choose_motor(e, s, ahead, held)
     side = e.side[0]
     e.rate[0] = e.z[1] - s.omega_u
     if side != 0:
         e.gap[0], e.next[0] = side * e.z[1], 0
-        left = push - side * at_motor * motor_friction(p, side, e.z[1])
+        left = push - at_motor * upper_sliding(p, side, e.z[1])
         e.rate[1] = left / (share * p.Ju)
     else:
         e.gap[0], e.next[0], e.rate[1] = held, ahead, 0.0

@@ -4,7 +4,7 @@ import numpy as np
 from numba import from_dtype, types
 from numba.core.typing.templates import signature
 
-from drill_env._jit import caller, inlined, kernel, unit
+from drill_env._jit import caller, inlined, placed, unit
 from drill_env.parameters.record import PARAMETERS
 
 SIGNAL = np.dtype(
@@ -97,6 +97,9 @@ ENTRY = np.dtype(
 )
 """One declared effect with its working place."""
 
+entry_at = placed(ENTRY)
+"""For kernels: `entry_at(address, i)`."""
+
 _RESPOND = signature(
     types.none, from_dtype(PARAMETERS), from_dtype(ENTRY), from_dtype(SIGNAL), from_dtype(PORTS)
 )
@@ -132,7 +135,7 @@ RESPOND_SLOPES = signature(
 respond_slopes = caller(RESPOND_SLOPES)
 
 
-@kernel
+@inlined
 def clear_ports(out, s):
     """Nothing added, the lower law read at the disc's own speed."""
     out.volts = out.torque_u = out.torque_l = out.string = 0.0

@@ -61,6 +61,13 @@ def lower_sliding(p, speed):
 
 
 @inlined
+def lower_size(p, speed):
+    """Size (Nm) of the lower disc's own friction, never negative where the law is clamped."""
+    torque = lower_sliding(p, speed)
+    return max(torque, 0.0) if p.clamp else torque
+
+
+@inlined
 def lower_slope(p, speed):
     """dT_l/d(speed) (Nm s/rad)."""
     s1, s2 = shares(p, speed)

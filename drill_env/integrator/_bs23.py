@@ -23,15 +23,15 @@ P31, P32 = -1.0, 1.0
 
 
 @kernel
-def bs23_stages(p, run, work, tab, h, us):
-    """Fill stages 1 to 3 of a step of `h` s; `us` holds their voltages."""
+def bs23_stages(p, run, work, tab, h):
+    """Fill stages 1 to 3 of a step of `h` s."""
     ys, k = work.ys, work.k
     y, k0 = (ys[0, 0], ys[0, 1], ys[0, 2]), (k[0, 0], k[0, 1], k[0, 2])
-    k1 = keep_stage(p, run, work, tab, h, int64(1), along(y, h, (A10,), (k0,)), us[0])
-    k2 = keep_stage(p, run, work, tab, h, int64(2), along(y, h, (A21,), (k1,)), us[1])
+    k1 = keep_stage(p, run, work, tab, h, int64(1), along(y, h, (A10,), (k0,)))
+    k2 = keep_stage(p, run, work, tab, h, int64(2), along(y, h, (A21,), (k1,)))
     ys[STAGES, 3] = ys[0, 3] + h * (B0 * k[0, 3] + B1 * k[1, 3] + B2 * k[2, 3])
     end = along(y, h, (B0, B1, B2), (k0, k1, k2))
-    keep_stage(p, run, work, tab, h, int64(STAGES), end, us[2])
+    keep_stage(p, run, work, tab, h, int64(STAGES), end)
 
 
 @inlined

@@ -30,25 +30,25 @@ P61, P62, P63 = 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423
 
 
 @kernel
-def dopri5_stages(p, run, work, tab, h, us):
-    """Fill stages 1 to 6 of a step of `h` s; `us` holds their voltages."""
+def dopri5_stages(p, run, work, tab, h):
+    """Fill stages 1 to 6 of a step of `h` s."""
     ys, k = work.ys, work.k
     y, k0 = (ys[0, 0], ys[0, 1], ys[0, 2]), (k[0, 0], k[0, 1], k[0, 2])
     end = along(y, h, (A10,), (k0,))
-    k1 = keep_stage(p, run, work, tab, h, int64(1), end, us[0])
+    k1 = keep_stage(p, run, work, tab, h, int64(1), end)
     end = along(y, h, (A20, A21), (k0, k1))
-    k2 = keep_stage(p, run, work, tab, h, int64(2), end, us[1])
+    k2 = keep_stage(p, run, work, tab, h, int64(2), end)
     end = along(y, h, (A30, A31, A32), (k0, k1, k2))
-    k3 = keep_stage(p, run, work, tab, h, int64(3), end, us[2])
+    k3 = keep_stage(p, run, work, tab, h, int64(3), end)
     end = along(y, h, (A40, A41, A42, A43), (k0, k1, k2, k3))
-    k4 = keep_stage(p, run, work, tab, h, int64(4), end, us[3])
+    k4 = keep_stage(p, run, work, tab, h, int64(4), end)
     end = along(y, h, (A50, A51, A52, A53, A54), (k0, k1, k2, k3, k4))
-    k5 = keep_stage(p, run, work, tab, h, int64(5), end, us[4])
+    k5 = keep_stage(p, run, work, tab, h, int64(5), end)
     ys[LAST, 3] = ys[0, 3] + h * (
         B0 * k[0, 3] + B2 * k[2, 3] + B3 * k[3, 3] + B4 * k[4, 3] + B5 * k[5, 3]
     )
     end = along(y, h, (B0, B2, B3, B4, B5), (k0, k2, k3, k4, k5))
-    keep_stage(p, run, work, tab, h, int64(LAST), end, us[4])
+    keep_stage(p, run, work, tab, h, int64(LAST), end)
 
 
 @inlined

@@ -9,10 +9,9 @@ from numba import int64
 from drill_env._jit import kernel, placed, unit
 from drill_env.effects.signal import ENTRY_SLOPES, clear_ports, respond_slopes
 from drill_env.friction.kernels import gradient_of, shares, sliding_of, slope_of, upper_sliding
-from drill_env.integrator._resting import LOWER
 from drill_env.integrator._voltage_piece import voltage_at, voltage_slope
 from drill_env.integrator.acting import rates_now
-from drill_env.integrator.records import N_STATE, SPARE
+from drill_env.integrator.records import FIRST_SWITCH, LOWER, N_STATE, SPARE
 from drill_env.integrator.signatures import CHANGE, FILL
 from drill_env.integrator.slopes import FIRST_NUMBER, SLOPES
 from drill_env.parameters.record import N_PARAMETERS
@@ -22,7 +21,6 @@ entry_at = placed(ENTRY_SLOPES)
 
 _STEP = 1e-40j
 _SMALL = 1e-40
-_FIRST_SWITCH = 3
 _TIME = -1
 
 
@@ -114,7 +112,7 @@ def ask_slopes(run, work, c, column):
             if s.first or s.settle:
                 c.z[e.first_state + j] = e.z[j]
         for j in range(e.switches):
-            c.gaps[_FIRST_SWITCH + e.first_switch + j] = e.gap[j]
+            c.gaps[FIRST_SWITCH + e.first_switch + j] = e.gap[j]
 
 
 @kernel
@@ -199,7 +197,7 @@ def mark_event(p, run, work, tab, which, u):
             column_rates(p, run, work, c, int64(SPARE), column, run.t, 0.0)
             change = c.gaps[which].imag / _SMALL
             c.moment[column] = -change / fall if fall != 0.0 else 0.0
-    c.stopped = int64(which < _FIRST_SWITCH and run.mode[which] != 0)
+    c.stopped = int64(which < FIRST_SWITCH and run.mode[which] != 0)
     return 0
 
 
@@ -214,11 +212,11 @@ def jump_after_event(p, run, work, tab, which, u):
         moment = c.moment[column]
         for r in range(rows):
             c.along[r] = c.sens[r, column] + c.before[r] * moment
-        if which < _FIRST_SWITCH and c.stopped:
+        if which < FIRST_SWITCH and c.stopped:
             c.along[1 + which] = 0.0
             if which == LOWER:
                 c.since[column] = moment
-        if which >= _FIRST_SWITCH and work.inner > 0:
+        if which >= FIRST_SWITCH and work.inner > 0:
             c.signal.settle = 1
             column_rates(p, run, work, c, int64(SPARE), column, run.t, moment)
             c.signal.settle = 0

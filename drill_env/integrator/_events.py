@@ -4,9 +4,9 @@ from drill_env._jit import inlined, kernel
 from drill_env.dynamics.kernels import clamp_event, lower_event, upper_event
 from drill_env.integrator._step import dense_at, inner_dense
 from drill_env.integrator._voltage_piece import voltage_at, voltage_slope
+from drill_env.integrator.records import LOWER, LOWER_LAW, UPPER
 from drill_env.integrator.signatures import call_fill, call_gap, call_step
 
-UPPER, LOWER, LOWER_LAW = 0, 1, 2
 # What lies this little on the other side of a switch is there by rounding.
 CLOSED = 1e-11
 _SAMPLES = 16
@@ -151,13 +151,18 @@ def root_share(which, p, run, work, tab, h, left, right):
 
 @kernel
 def share_of_return(which, p, run, work, tab, h, width):
-    """Where a switch that has just been passed closes again before `width`, 0 if it stays shut."""
-    if which > LOWER_LAW:
-        left, right = 0.5 * width, width
-        for _ in range(20):
-            if dense_event(which, p, run, work, tab, h, left) > 0.0:
-                return root_share(which, p, run, work, tab, h, left, right)
-            left, right = 0.5 * left, left
+    """Where a function that is zero at the start falls again before `width`, 0 if it never rose.
+
+    That of a switch just passed, or the speed of a disc just released that a drive, far quicker
+    than the step, turns round: the step is only a try. A disc that leaves by rounding alone has not
+    risen.
+    """
+    least = 0.0 if which > LOWER_LAW else CLOSED
+    left, right = 0.5 * width, width
+    for _ in range(20):
+        if dense_event(which, p, run, work, tab, h, left) > least:
+            return root_share(which, p, run, work, tab, h, left, right)
+        left, right = 0.5 * left, left
     return 0.0
 
 
@@ -186,7 +191,7 @@ def first_share(which, p, run, work, tab, h):
 
 @kernel
 def polish(which, p, run, work, tab, h, limit):
-    """Step length at which the event function vanishes, by Newton on whole steps.
+    """Step length at which the event function vanishes, by Newton on whole steps; its error.
 
     Leaves the stages of the step to the event behind.
     """
@@ -194,14 +199,14 @@ def polish(which, p, run, work, tab, h, limit):
     judged = work.acting != 0 and (
         which > LOWER_LAW or (which < LOWER_LAW and run.mode[which] == 0)
     )
-    value = slope = 0.0
+    value = slope = error = 0.0
     if judged:
         # Only the effects know how the function rises; the slope need not be exact.
         near, far = h / whole, h / whole - _SLOPE_SHARE
         slope = dense_event(which, p, run, work, tab, whole, near)
         slope = (slope - dense_event(which, p, run, work, tab, whole, far)) / (_SLOPE_SHARE * whole)
     for attempt in range(4):
-        call_step(tab.step, p, run, work, tab, h)
+        error = call_step(tab.step, p, run, work, tab, h)
         if judged:
             value = work.gaps[last, which]
             # The stages must be those of the step that is returned.
@@ -216,14 +221,15 @@ def polish(which, p, run, work, tab, h, limit):
         if abs(new - h) <= 1e-15 * (1.0 + abs(run.t)):
             break
         h = new
-    return h
+    return h, error
 
 
 @kernel
 def first_event(p, run, work, tab, h):
-    """Earliest mode change inside the step just taken: (disc or -1, step length to it).
+    """Earliest mode change inside the step just taken: (disc or -1, step length to it, its error).
 
-    The stages left behind are those of the step to the event.
+    The stages left behind are those of the step to the event. Its error may be the larger one: the
+    longer try has leapt over what is narrow and close to the event.
     """
     share, which, has_dense = 2.0, -1, False
     for disc in range(3 + work.switches):
@@ -236,12 +242,12 @@ def first_event(p, run, work, tab, h):
             if s < share:
                 share, which = s, disc
     if which < 0:
-        return which, h
+        return which, h, 0.0
     if share == 0.0:
-        return which, 0.0
-    h = polish(which, p, run, work, tab, share * h, h)
+        return which, 0.0, 0.0
+    h, error = polish(which, p, run, work, tab, share * h, h)
     moves = h > 1e-12 * (1.0 + abs(run.t))
     if which > LOWER_LAW and moves and work.gaps[tab.stages, which] > CLOSED:
         # Only the dense output closes it, which errs by more than the step.
-        return -1, h
-    return which, h
+        return -1, h, error
+    return which, h, error

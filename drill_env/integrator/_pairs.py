@@ -7,51 +7,8 @@ from drill_env.integrator._bs23 import bs23_dense, bs23_error, bs23_stages
 from drill_env.integrator._dop853 import FIRST_USED, dop853_stages
 from drill_env.integrator._dopri5 import dopri5_dense, dopri5_error, dopri5_stages
 from drill_env.integrator._step import fill_rates
-from drill_env.integrator._voltage_piece import voltage_at
 from drill_env.integrator.records import N_STATE
 from drill_env.integrator.signatures import FILL, STEP
-
-
-@inlined
-def few_stage_voltages(run, work, tab, h):
-    """Voltages (V) of stages 1 to 3 of the shortest tableau."""
-    u = work.piece[0]
-    if work.coefficients == 1:
-        return u, u, u
-    t, c = run.t, tab.c
-    return (
-        voltage_at(work, t + c[1] * h), voltage_at(work, t + c[2] * h), voltage_at(work, t + h),
-    )  # fmt: skip
-
-
-@inlined
-def stage_voltages(run, work, tab, h):
-    """Voltages (V) of stages 1 to 5 of a short tableau."""
-    u = work.piece[0]
-    if work.coefficients == 1:
-        return u, u, u, u, u
-    t, c = run.t, tab.c
-    return (
-        voltage_at(work, t + c[1] * h), voltage_at(work, t + c[2] * h),
-        voltage_at(work, t + c[3] * h), voltage_at(work, t + c[4] * h), voltage_at(work, t + h),
-    )  # fmt: skip
-
-
-@kernel
-def long_stage_voltages(run, work, tab, h):
-    """Voltages (V) of stages 1 to 12 of a long tableau."""
-    u = work.piece[0]
-    if work.coefficients == 1:
-        return u, u, u, u, u, u, u, u, u, u, u, u
-    t, c = run.t, tab.c
-    return (
-        voltage_at(work, t + c[1] * h), voltage_at(work, t + c[2] * h),
-        voltage_at(work, t + c[3] * h), voltage_at(work, t + c[4] * h),
-        voltage_at(work, t + c[5] * h), voltage_at(work, t + c[6] * h),
-        voltage_at(work, t + c[7] * h), voltage_at(work, t + c[8] * h),
-        voltage_at(work, t + c[9] * h), voltage_at(work, t + c[10] * h),
-        voltage_at(work, t + c[11] * h), voltage_at(work, t + h),
-    )  # fmt: skip
 
 
 @inlined
@@ -80,7 +37,7 @@ def inner_errors(work, tab):
 @unit(STEP)
 def bs23_step(p, run, work, tab, h):
     """Fill the stages; returns the scaled error, of which at most 1 is accepted."""
-    bs23_stages(p, run, work, tab, h, few_stage_voltages(run, work, tab, h))
+    bs23_stages(p, run, work, tab, h)
     total = 0.0
     for i in range(3):
         total += (bs23_error(work.k, i) * scaled(work, i, tab.stages)) ** 2
@@ -92,7 +49,7 @@ def bs23_step(p, run, work, tab, h):
 @unit(STEP)
 def dopri5_step(p, run, work, tab, h):
     """As `bs23_step`."""
-    dopri5_stages(p, run, work, tab, h, stage_voltages(run, work, tab, h))
+    dopri5_stages(p, run, work, tab, h)
     total = 0.0
     for i in range(3):
         total += (dopri5_error(work.k, i) * scaled(work, i, tab.stages)) ** 2
@@ -104,7 +61,7 @@ def dopri5_step(p, run, work, tab, h):
 @unit(STEP)
 def dop853_step(p, run, work, tab, h):
     """As `bs23_step`."""
-    dop853_stages(p, run, work, tab, h, long_stage_voltages(run, work, tab, h))
+    dop853_stages(p, run, work, tab, h)
     n, k = tab.stages, work.k
     high2 = low2 = 0.0
     for i in range(3):
@@ -140,7 +97,6 @@ def dopri5_fill(p, run, work, tab, h):
 def extra_stages(p, run, work, tab, h, first, last):
     """Stages `first`..`last`, which serve the dense output alone."""
     ys, k = work.ys, work.k
-    u = work.piece[0]
     for i in range(first, last + 1):
         d0 = d1 = d2 = d3 = 0.0
         for j in range(i):
@@ -154,9 +110,7 @@ def extra_stages(p, run, work, tab, h, first, last):
         ys[i, 1] = ys[0, 1] + h * d1
         ys[i, 2] = ys[0, 2] + h * d2
         ys[i, 3] = ys[0, 3] + h * d3
-        if work.coefficients > 1:
-            u = voltage_at(work, run.t + tab.c[i] * h)
-        fill_rates(p, run, work, tab, h, i, u)
+        fill_rates(p, run, work, tab, h, i)
 
 
 @unit(FILL)

@@ -3,12 +3,9 @@
 Friction and effects may differ on both sides of rest, so both are asked.
 """
 
-from drill_env._jit import kernel, placed
-from drill_env.effects.signal import ENTRY
-
-entry_at = placed(ENTRY)
-
-UPPER, LOWER = 0, 1
+from drill_env._jit import kernel
+from drill_env.effects.signal import entry_at
+from drill_env.integrator.records import FIRST_SWITCH, LOWER, UPPER
 
 
 @kernel
@@ -42,10 +39,20 @@ def lean(run, work, disc):
 
 
 @kernel
-def settle_rates(run, work, row):
-    """Rates of the inner states between those on both sides of a disc at rest.
+def keep_side(work, row, place):
+    """Rates of the inner states and the switches' functions with the discs at rest on one side."""
+    for r in range(work.inner):
+        work.kz_sides[place, r] = work.kz[row, r]
+    for j in range(work.switches):
+        work.gap_sides[place, j] = work.gaps[row, FIRST_SWITCH + j]
 
-    Else they would jump where it comes to lean the other way, and a memory slide along there.
+
+@kernel
+def settle_sides(run, work, row):
+    """What an effect with memory does at a disc at rest is between what it does on both sides.
+
+    Else its rates would jump where the disc comes to lean the other way, and a memory slide along
+    there. Its switches go with its rates: a motor behind its gear leaves where it speeds up.
     """
     for i in range(work.acting):
         e = entry_at(work.effects, i)
@@ -55,3 +62,6 @@ def settle_rates(run, work, row):
             for r in range(e.first_state, e.first_state + e.states):
                 back, ahead = work.kz_sides[0, r], work.kz_sides[1, r]
                 work.kz[row, r] = back + share * (ahead - back)
+            for j in range(e.first_switch, e.first_switch + e.switches):
+                back, ahead = work.gap_sides[0, j], work.gap_sides[1, j]
+                work.gaps[row, FIRST_SWITCH + j] = back + share * (ahead - back)

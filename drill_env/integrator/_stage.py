@@ -46,9 +46,11 @@ States and rates are tuples of three as `keep_stage` has them, the newest rates 
 
 
 @inlined
-def keep_stage(p, run, work, tab, h, i, y, u):
+def keep_stage(p, run, work, tab, h, i, y):
     """Store state `y`, rates and the lower law's shares of stage `i`; returns the rates."""
     mode, ys, k, shares = run.mode, work.ys, work.k, work.shares
+    # A constant voltage asks for no time.
+    u = work.piece[0] if work.coefficients == 1 else voltage_at(work, run.t + tab.c[i] * h)
     x, v, w = y
     ys[i, 0], ys[i, 1], ys[i, 2] = x, v, w
     if work.acting != 0:

@@ -8,10 +8,10 @@ from drill_env.integrator._stage import keep_stage
 
 
 @inlined
-def fill_rates(p, run, work, tab, h, stage, u):
+def fill_rates(p, run, work, tab, h, stage):
     """Rates of one stage from its state."""
     ys = work.ys
-    keep_stage(p, run, work, tab, h, stage, (ys[stage, 0], ys[stage, 1], ys[stage, 2]), u)
+    keep_stage(p, run, work, tab, h, stage, (ys[stage, 0], ys[stage, 1], ys[stage, 2]))
 
 
 @inlined

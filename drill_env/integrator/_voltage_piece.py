@@ -1,6 +1,6 @@
 """Compiled voltage of the present piece, a polynomial in the share of its length."""
 
-from drill_env._jit import kernel, number_at
+from drill_env._jit import inlined, kernel, number_at
 
 
 @kernel
@@ -28,7 +28,7 @@ def voltage_at(work, t):
     return value
 
 
-@kernel
+@inlined
 def past_voltage_at(work, t):
     """Voltage (V) that held a delay before `t` (s)."""
     s = (t - work.start) / (work.end - work.start)
@@ -38,7 +38,7 @@ def past_voltage_at(work, t):
     return value
 
 
-@kernel
+@inlined
 def voltage_slope(work, t):
     """Time derivative of the voltage (V/s) of the present piece."""
     n = work.coefficients

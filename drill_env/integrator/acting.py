@@ -5,20 +5,16 @@ states of their own. Corners and jumps are switches; each holds its branch withi
 it as a disc's stick or slip does.
 """
 
-from drill_env._jit import inlined, kernel, placed, unit
-from drill_env.dynamics.kernels import clamp_event
-from drill_env.effects.signal import ENTRY, clear_ports, respond
-from drill_env.friction.kernels import lower_sliding, upper_sliding
-from drill_env.integrator._resting import LOWER, UPPER, choose_push, keep_held, settle_rates
+from drill_env._jit import inlined, kernel, unit
+from drill_env.dynamics.kernels import ROUNDING
+from drill_env.effects.signal import clear_ports, entry_at, respond
+from drill_env.friction.kernels import lower_size, lower_sliding, upper_sliding
+from drill_env.integrator._resting import choose_push, keep_held, keep_side, settle_sides
 from drill_env.integrator._step import dense_at, inner_at
 from drill_env.integrator._voltage_piece import past_voltage_at, voltage_at, voltage_slope
-from drill_env.integrator.records import SPARE
+from drill_env.integrator.modes import REVERSAL, SLIP, STICK, SWITCH
+from drill_env.integrator.records import FIRST_SWITCH, LOWER, SPARE, UPPER
 from drill_env.integrator.signatures import CHANGE, GAP, RATES, STAGE, call_rates
-
-entry_at = placed(ENTRY)
-
-STICK, SLIP, REVERSAL, SWITCH = 0, 1, 2, 6
-_FIRST_SWITCH = 3
 
 
 @inlined
@@ -34,7 +30,7 @@ def set_upper_law(p, s):
     s.friction_u = s.side_u * upper_sliding(p, s.side_u, s.side_u * s.speed_u)
 
 
-@kernel
+@inlined
 def set_signal(p, run, work, row, t, u):
     """What the effects read in the state of a row."""
     s, y, mode = work.signal, work.ys[row], run.mode
@@ -52,7 +48,7 @@ def set_signal(p, run, work, row, t, u):
         s.friction_l = lower_law(p, run, s.speed_l)
 
 
-@kernel
+@inlined
 def lower_law(p, run, speed):
     """Size (Nm) of the lower disc's own friction."""
     if run.mode[2] == 1:
@@ -61,14 +57,7 @@ def lower_law(p, run, speed):
     return p.Tsl if speed == 0.0 else lower_sliding(p, speed)
 
 
-@kernel
-def law_elsewhere(p, speed):
-    """The same at a speed that is not the disc's own, whose clamping no event tells."""
-    torque = lower_sliding(p, speed)
-    return max(torque, 0.0) if p.clamp else torque
-
-
-@kernel
+@inlined
 def ask(p, run, work, row, t):
     """Let every effect add to the ports."""
     s, out = work.signal, work.ports
@@ -87,7 +76,7 @@ def ask(p, run, work, row, t):
         for j in range(e.states):
             work.kz[row, e.first_state + j] = e.rate[j]
         for j in range(e.switches):
-            work.gaps[row, _FIRST_SWITCH + e.first_switch + j] = e.gap[j]
+            work.gaps[row, FIRST_SWITCH + e.first_switch + j] = e.gap[j]
             work.next[e.first_switch + j] = e.next[j]
             run.branch[e.first_switch + j] = e.side[j]
         if s.first or s.settle:
@@ -95,7 +84,7 @@ def ask(p, run, work, row, t):
                 work.zs[row, e.first_state + j] = e.z[j]
 
 
-@kernel
+@inlined
 def pulls(p, run, work, u):
     """Torques (Nm) on both discs without their friction, and the sizes of that."""
     s, out = work.signal, work.ports
@@ -103,7 +92,8 @@ def pulls(p, run, work, u):
     net_u = out.drive * p.km * (u + out.volts) + p.load_u + out.torque_u - string
     net_l = string + p.load_l + out.torque_l
     if out.read_l != s.speed_l:
-        law = law_elsewhere(p, out.read_l)
+        # Its clamping no event tells.
+        law = lower_size(p, out.read_l)
     else:
         law = s.friction_l if work.own_law else lower_law(p, run, s.speed_l)
     size_u = s.friction_u * (1.0 + out.scale_u) + out.size_u
@@ -133,18 +123,20 @@ def rates_with_effects(p, run, work, row, t, u):
         net_u, net_l, size_u, size_l = pulls(p, run, work, u)
         if not rests or attempt == 2:
             break
-        keep_held(work, UPPER, attempt, size_u, push[0] * net_u)
+        # As in `upper_margin`: what just holds does so whichever way its sum is rounded.
+        terms = abs(p.km * u) + abs(work.signal.pull)
+        keep_held(work, UPPER, attempt, size_u, push[0] * net_u - ROUNDING * (size_u + terms))
         keep_held(work, LOWER, attempt, size_l, push[1] * net_l)
-        for r in range(work.inner):
-            work.kz_sides[attempt, r] = work.kz[row, r]
+        if work.sided:
+            keep_side(work, row, attempt)
         if attempt == 1:
             held_u, held_l = choose_push(run, work, UPPER), choose_push(run, work, LOWER)
             if (mode[0] != 0 or push[0] == 1) and (mode[1] != 0 or push[1] == 1):
                 break
             if not work.sided:
                 break
-    if rests and work.inner > 0:
-        settle_rates(run, work, row)
+    if rests and work.sided:
+        settle_sides(run, work, row)
     work.net[0], work.net[1], work.asked = net_u, net_l, row
     y = work.ys[row]
     k[0], k[3] = y[1] - y[2], y[2]
@@ -158,7 +150,6 @@ def rates_with_effects(p, run, work, row, t, u):
         gaps[1] = mode[1] * y[2]
     elif p.locked:
         gaps[1] = 1.0
-    gaps[2] = clamp_event(p, mode[1], mode[2], y[2], k[2])[0]
 
 
 @unit(STAGE)
@@ -205,8 +196,8 @@ def rates_now(p, run, work, tab, u):
 def change_with_effects(p, run, work, tab, which, u):
     """Pass an event other than the clamped law's; returns its kind."""
     rates_now(p, run, work, tab, u)
-    if which >= _FIRST_SWITCH:
-        run.branch[which - _FIRST_SWITCH] = work.next[which - _FIRST_SWITCH]
+    if which >= FIRST_SWITCH:
+        run.branch[which - FIRST_SWITCH] = work.next[which - FIRST_SWITCH]
         work.signal.settle = 1
         rates_now(p, run, work, tab, u)
         work.signal.settle = 0

@@ -11,7 +11,7 @@ from drill_env._jit import (
     store_whole,
     unit,
 )
-from drill_env.integrator._events import LOWER_LAW, first_event
+from drill_env.integrator._events import first_event
 from drill_env.integrator._step import dense_at, fill_rates, inner_at, inner_dense
 from drill_env.integrator._step_size import (
     CHATTER_LIMIT,
@@ -26,7 +26,7 @@ from drill_env.integrator._step_size import (
 from drill_env.integrator._variational import copy_sensitivity
 from drill_env.integrator._voltage_piece import load_piece, voltage_at
 from drill_env.integrator.modes import change, note_turn, overdue
-from drill_env.integrator.records import N_STATE
+from drill_env.integrator.records import LOWER_LAW, N_STATE
 from drill_env.integrator.signatures import ADVANCE, call_advance, call_fill, call_step
 
 _NO_TIME = 1e-13
@@ -43,7 +43,7 @@ def load_rates(p, run, work, tab):
     if not work.has_rates:
         for r in range(work.inner):
             work.zs[0, r] = run.z[r]
-        fill_rates(p, run, work, tab, 0.0, int64(0), voltage_at(work, run.t))
+        fill_rates(p, run, work, tab, 0.0, int64(0))
         work.has_rates = 1
 
 
@@ -193,7 +193,9 @@ def one_step(p, run, work, tab):
     adapt(run, tab, h, clipped, error)
     which, tried = -1, h
     if watching:
-        which, h = first_event(p, run, work, tab, h)
+        which, h, error = first_event(p, run, work, tab, h)
+        if not error <= 1.0:
+            return reject(run, tab, h, error)
     if which >= 0 and h == 0.0:
         # A switch whose function is zero right here.
         work.located = 1 if which > LOWER_LAW else 0

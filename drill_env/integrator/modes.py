@@ -2,14 +2,12 @@
 
 from drill_env._jit import entry, inlined, kernel, placed
 from drill_env.dynamics.kernels import lower_margin, lower_rate, upper_margin, upper_rate
-from drill_env.integrator._events import CLOSED, LOWER, LOWER_LAW, UPPER
+from drill_env.integrator._events import CLOSED
 from drill_env.integrator._step import dense_at
-from drill_env.integrator.records import EVENT, N_STATE
+from drill_env.integrator.records import EVENT, FIRST_SWITCH, LOWER, LOWER_LAW, N_STATE, UPPER
 from drill_env.integrator.signatures import call_change
 
-STICK, SLIP, REVERSAL, MAXIMUM, MINIMUM, CLAMP = 0, 1, 2, 3, 4, 5
-# Whose event it is, if neither a disc's nor the lower law's.
-EFFECT = 3
+STICK, SLIP, REVERSAL, MAXIMUM, MINIMUM, CLAMP, SWITCH = 0, 1, 2, 3, 4, 5, 6
 
 event_at = placed(EVENT)
 
@@ -81,7 +79,7 @@ def note(work, run, t, which, kind, y):
     """Write one event down."""
     entry = event_at(work.log, run.logged)
     entry.t = t
-    entry.disc = min(which, EFFECT)
+    entry.disc = min(which, FIRST_SWITCH)
     entry.kind = kind
     for i in range(N_STATE):
         entry.y[i] = y[i]

@@ -16,7 +16,8 @@ MAX_COEFFICIENTS = 8
 MAX_STAGES = 16
 # Place for a state that is no stage of a step.
 SPARE = MAX_STAGES
-DOP853, DOPRI5, BS23 = 0, 1, 2
+# Order of the event functions: of the discs, of the clamped law, of the effects' switches.
+UPPER, LOWER, LOWER_LAW, FIRST_SWITCH = 0, 1, 2, 3
 
 # Longer steps leap over the steep friction near rest without the error estimate noticing.
 STEPS_PER_PERIOD = 28.0
@@ -107,6 +108,7 @@ WORK = np.dtype(
         ("held", "f8", (2, 2)),
         ("driving", "f8", (2, 2)),
         ("kz_sides", "f8", (2, MOST_INNER)),  # rates of the inner states on both sides
+        ("gap_sides", "f8", (2, MOST_BRANCHES)),  # and functions of the switches
         ("signal", SIGNAL),
         ("ports", PORTS),
         # Of rigs with effects whose sensitivities are asked for: address of a record of `SLOPES`
@@ -125,7 +127,6 @@ EVENT = np.dtype([("t", "f8"), ("disc", "i8"), ("kind", "i8"), ("y", "f8", (N_ST
 
 TABLEAU = np.dtype(
     [
-        ("pair", "i8"),  # which one it is
         # Addresses of its compiled code; `carry` is 0 where no sensitivities are asked for.
         ("advance", "i8"),
         ("step", "i8"),

@@ -26,7 +26,7 @@ from drill_env.integrator.acting import (
     stage_with_effects,
 )
 from drill_env.integrator.advance import run_pieces
-from drill_env.integrator.records import BS23, DOP853, DOPRI5, MAX_STAGES, TABLEAU
+from drill_env.integrator.records import MAX_STAGES, TABLEAU
 
 
 def _dop853_dense() -> FloatArray:
@@ -48,7 +48,7 @@ def _dop853_dense() -> FloatArray:
 def _dop853() -> np.ndarray:
     n = integrate.DOP853.n_stages
     out = np.zeros(1, dtype=TABLEAU)
-    out["pair"], out["stages"], out["extra"] = DOP853, n, 3
+    out["stages"], out["extra"] = n, 3
     out["order"], out["degree"] = 8, 7
     a = out["a"][0]
     a[:n, :n] = integrate.DOP853.A
@@ -61,10 +61,10 @@ def _dop853() -> np.ndarray:
     return out
 
 
-def _short(pair: int, source: type[integrate.RK45] | type[integrate.RK23]) -> np.ndarray:
+def _short(source: type[integrate.RK45] | type[integrate.RK23]) -> np.ndarray:
     n = source.n_stages
     out = np.zeros(1, dtype=TABLEAU)
-    out["pair"], out["stages"] = pair, n
+    out["stages"] = n
     out["order"], out["degree"] = source.order, source.P.shape[1]
     a = out["a"][0]
     a[:n, : source.A.shape[1]] = source.A
@@ -77,9 +77,9 @@ def _short(pair: int, source: type[integrate.RK45] | type[integrate.RK23]) -> np
 
 _PAIRS = {
     "dop853": (_dop853(), dop853_step, dop853_fill, step_sensitivity),
-    "dopri5": (_short(DOPRI5, integrate.RK45), dopri5_step, dopri5_fill, dopri5_sensitivity),
+    "dopri5": (_short(integrate.RK45), dopri5_step, dopri5_fill, dopri5_sensitivity),
     # Of order 3: for steps that are short beside the motion.
-    "bs23": (_short(BS23, integrate.RK23), bs23_step, bs23_fill, bs23_sensitivity),
+    "bs23": (_short(integrate.RK23), bs23_step, bs23_fill, bs23_sensitivity),
 }
 
 METHODS = ("dop853", "dopri5")
