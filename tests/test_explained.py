@@ -11,6 +11,7 @@ import pytest
 
 from drill_env.diagnosis.explained import explained_share, that_explain
 from drill_env.diagnosis.rounds import Found
+from drill_env.diagnosis.strikes import Once
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 from drill_env.identification.noise import NoiseModel
@@ -105,3 +106,24 @@ def test_a_name_with_which_more_is_predicted_wrongly_stands_on_no_scatter():
     assert found.explained < 0.0
     assert not found.final.terms
     assert "err no less" in str(found.reason)
+
+
+@pytest.mark.parametrize("after", [1e-3, 9e-3])
+def test_what_happened_once_excuses_no_name_beside_it(after):
+    """A play in an encoder's coupling was a resonator, since a torque pulse stood beside it."""
+    found = found_with("lower_resonator")
+    pulse = Term(Once(LIBRARY["torque_pulse"]), np.zeros(0))
+    beside = SimpleNamespace(terms=(*found.final.terms, pulse), noise=found.final.noise)
+    told = that_explain(
+        Found(found.setting, found.base, (), beside), [judged_with(1e-2)], [judged_with(after)],
+        {"short": [judged_with(1e-4).short]}, Criteria(),
+    )  # fmt: skip
+    assert bool(told.final.terms) == (after == 1e-3)
+    # Alone nothing is asked of it.
+    alone = SimpleNamespace(terms=(pulse,), noise=found.final.noise)
+    told = that_explain(
+        Found(found.setting, found.base, (), alone), [judged_with(1e-2)], [judged_with(after)],
+        {"short": [judged_with(1e-4).short]}, Criteria(),
+    )  # fmt: skip
+    assert told.explained == 1.0
+    assert told.final.terms[0] is pulse

@@ -44,13 +44,19 @@ def explained_share(before: float, after: float, floor: float = 0.0) -> float:
     return 1.0 - max(after - floor, 0.0) / (before - floor)
 
 
-def may_leave_more(source: object) -> bool:
+def happened_once(source: object) -> bool:
+    """Whether a term is of single moments, which no other recording foresees."""
+    return isinstance(source, (LostCounts, Once))
+
+
+def may_leave_more(sources: Sequence[object]) -> bool:
     """Whether what is found may stand though much else is missing.
 
-    What most machines have stands beside anything, and what happened once is foreseen by nothing.
+    What most machines have stands beside anything. What happened once is foreseen by nothing, but
+    is no excuse for the names beside it.
     """
-    once = isinstance(source, (LostCounts, Once))
-    return once or (isinstance(source, Named) and source.effect.common)
+    asked = [source for source in sources if not happened_once(source)]
+    return not asked or any(isinstance(s, Named) and s.effect.common for s in asked)
 
 
 def that_explain(
@@ -62,8 +68,8 @@ def that_explain(
     A name must take away the share of the error beyond noise that it must explain of a free
     function, within the share's standard error, and some of it at all. What the fit takes for noise
     is none where it would give twice the squared error that is there: then the sensors' noise alone
-    is. A name that most machines have stands beside whatever else is missing, and what happened
-    once is foreseen by nothing.
+    is. A name that most machines have stands beside whatever else is missing, and of what
+    happened once alone nothing is asked.
 
     Args:
         found: the search, decided.
@@ -75,7 +81,7 @@ def that_explain(
     sources = [t.source for t in found.final.terms]
     if not before or not sources or not all(is_named(t) for t in found.final.terms):
         return found
-    if any(may_leave_more(s) for s in sources):
+    if may_leave_more(sources):
         return found
     sensor = sum(s**2 for s in sensor_noise(found.final.noise, after[0].channels))
     kinds = (squares_of(before), squares_of(after), squares_of(after, drawn["short"]))

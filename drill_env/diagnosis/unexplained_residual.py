@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from drill_env.diagnosis.explained import ALIKE, may_leave_more
+from drill_env.diagnosis.explained import ALIKE, happened_once, may_leave_more
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import Judged, remaining
 from drill_env.diagnosis.lost_counts import LostCounts
@@ -61,12 +61,12 @@ def with_residual_torque(
     if not law and not found.final.terms:
         return _told(found, latents)
     terms = found.final.terms
-    if any(may_leave_more(t.source) for t in terms) or not (law or all(map(is_named, terms))):
+    if may_leave_more([t.source for t in terms]) or not (law or all(map(is_named, terms))):
         return found
     # Less may be the difference of their laws, or a second effect: a sentence says so.
     alone = _latents(setting, base, before)
     then = residual_torque_of(alone)
-    places = None if law else {t.source.component for t in terms}
+    places = None if law else {t.source.component for t in terms if not happened_once(t.source)}
     if not removes_too_little(left, then, places, criteria):
         return found
     if law:
