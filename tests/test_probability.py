@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from drill_env.diagnosis import evidence
 from drill_env.diagnosis.probability import UNLISTED, of_gain, probability, rivals
 from drill_env.diagnosis.rounds import Attempt, Found, Round
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
+from drill_env.prediction.criteria import Criteria
 
 
 def a_round(weights: dict[str, float], **criteria: float) -> Round:
@@ -58,3 +60,23 @@ def test_a_lone_finding_is_as_probable_as_its_evidence_says():
     odds = [of_gain(gain) / (most - of_gain(gain)) for gain in (34.0, 36.0)]
     assert odds[1] / odds[0] == pytest.approx(math.e)
     assert of_gain(math.inf) == pytest.approx(most) and of_gain(-math.inf) == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize(("weight", "told"), [(0.9, True), (0.0, False)])
+def test_a_second_name_that_its_own_round_gives_no_chance_is_not_told(monkeypatch, weight, told):
+    """A torque pulse was told beside a resonator with a probability of 0.00."""
+
+    def fit(*names: str) -> Any:
+        terms = tuple(Term(Named(LIBRARY[n]), np.zeros(0)) for n in names)
+        return SimpleNamespace(terms=terms)
+
+    one, two = fit("upper_resonator"), fit("upper_resonator", "torque_pulse")
+    first = Round(fit(), (), (), (), {"upper_resonator": 1.0})
+    tried = Attempt(two, two.terms[-1], 800.0, 800.0)
+    second = Round(one, (), (tried,), (), {"torque_pulse": weight, "friction_lag": 1.0 - weight})
+    found = Found(None, None, (first, second), two)  # type: ignore[arg-type]
+    monkeypatch.setattr(evidence._Judge, "earned", lambda *args: True)
+    judge = evidence._Judge(None, (), Criteria())  # type: ignore[arg-type]
+    taken = Attempt(one, one.terms[0], 1e3, 1e3)
+    table = SimpleNamespace(whole=500.0)
+    assert (judge.climbed(found, taken, table) is two) == told  # type: ignore[arg-type]

@@ -20,6 +20,7 @@ from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import followed
 from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.lost_counts import LostCounts
+from drill_env.diagnosis.probability import CONFUSED
 from drill_env.diagnosis.rounds import Attempt, Found, Round, at_range_end, is_named, place_of
 from drill_env.diagnosis.strikes import Once
 from drill_env.diagnosis.terms import Named, Term
@@ -103,12 +104,12 @@ def decided(
         told = 0.5 * (found.base.bic - found.final.bic)
         refuted = found.final if told > _ASKED * criteria.evidence else None
         return replace(found, final=found.base, refuted=refuted), table
-    found = replace(found, rounds=(table.restated(found.rounds[0]), *found.rounds[1:]))
+    first, later = table.restated(found.rounds[0]), found.rounds[1:]
     if not is_named(taken.term):
-        return replace(found, final=polished(found.setting, taken.fit)), table
-    fit = judge.climbed(found, taken, table)
-    later = [judge.asked_beside(r, fit) for r in found.rounds[1:]]
-    return replace(found, final=fit, rounds=(found.rounds[0], *later)), table
+        final = polished(found.setting, taken.fit)
+        return replace(found, rounds=(first, *later), final=final), table
+    found = replace(found, rounds=(first, *(judge.asked_beside(r, found) for r in later)))
+    return replace(found, final=judge.climbed(found, taken, table)), table
 
 
 def log_density(samples: Samples, setting: Setting, fit: Fit, criteria: Criteria) -> float:
@@ -119,6 +120,12 @@ def log_density(samples: Samples, setting: Setting, fit: Fit, criteria: Criteria
 def listing(criteria: Criteria) -> Criteria:
     """The criteria with the evidence that a whole rig asks for in place of that of one window."""
     return replace(criteria, gain=criteria.evidence)
+
+
+def _improbable(found: Found, name: str) -> bool:
+    """Whether the later rounds that tried a name all gave it no chance."""
+    later = [r for r in found.rounds[1:] if any(a.term.id == name for a in r.named)]
+    return bool(later) and max(r.weights.get(name, 0.0) for r in later) < CONFUSED
 
 
 def _once(term: Term) -> bool:
@@ -158,13 +165,14 @@ class _Judge:
             attempts[attempt.term.id] = attempt
         return Weighed(chosen(entrants, listing(self.criteria)), tuple(entrants), attempts)
 
-    def asked_beside(self, found: Round, fit: Fit) -> Round:
-        """A later round with the probabilities of its attempts, if a name of it stands in a fit."""
-        before = [term.id for term in found.before.terms]
-        later = [t.id for t in fit.terms if t.id not in before]
-        if not any(a.term.id in later for a in found.named):
-            return found
-        return self.weighed(found).restated(found)
+    def asked_beside(self, later: Round, found: Found) -> Round:
+        """A later round with the probabilities of its attempts, if a name of it may be told."""
+        fits = (*(r.before for r in found.rounds), found.final)
+        before = {term.id for term in later.before.terms}
+        told = {term.id for fit in fits for term in fit.terms} - before
+        if not any(a.term.id in told for a in later.named):
+            return later
+        return self.weighed(later).restated(later)
 
     def row(self, attempt: Attempt, before: FloatArray) -> tuple[Row, bool]:
         """One attempt, and whether it is determined and held-out recordings bear it."""
@@ -191,8 +199,9 @@ class _Judge:
         same = [s for s in steps if [t.id for t in s.terms] == [taken.term.id]]
         here = same[0] if same else polished(self.setting, taken.fit)
         for step in steps:
-            if len(step.terms) > len(here.terms) and self.earned(here, step, table.whole):
-                here = step
+            longer = len(step.terms) > len(here.terms)
+            if longer and not _improbable(found, step.terms[-1].id):
+                here = step if self.earned(here, step, table.whole) else here
         return here
 
     def earned(self, here: Fit, step: Fit, whole: float) -> bool:

@@ -12,10 +12,9 @@ from drill_env._types import FloatArray
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.extended import evaluate, motion_of
 from drill_env.diagnosis.fit import Fit, Setting, prior
-from drill_env.diagnosis.probability import probability_in
+from drill_env.diagnosis.probability import CONFUSED, probability_in
 from drill_env.diagnosis.result import NextExperiment
 from drill_env.diagnosis.rounds import Attempt, Found
-from drill_env.diagnosis.sentences import CONFUSED
 from drill_env.identification.coordinates import solved
 from drill_env.identification.prediction_error import path_of
 from drill_env.identification.samples import prepare

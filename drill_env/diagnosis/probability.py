@@ -16,6 +16,9 @@ runs 11 of 198 names whose probability among the candidates was near 1 stood in 
 three of those are told since.
 """
 
+CONFUSED = 0.02
+"""Less probable than this a name is none, and needs no recording of its own."""
+
 
 def probability_in(found: Round, name: str) -> float:
     """Probability of a candidate among all that were tried in a round."""

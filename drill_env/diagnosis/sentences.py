@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from drill_env._watch import ASKED
+from drill_env.diagnosis.probability import CONFUSED
 from drill_env.diagnosis.residual_torque import PREDICTABLE
 from drill_env.diagnosis.result import DiagnosisResult, Grade, NamedEffect, digits_of
 
@@ -15,10 +16,6 @@ _PLACES = {
     "lower": "at the lower disc and its brake",
     "sensor": "in the readings, not in the motion",
 }
-
-
-CONFUSED = 0.02
-"""Less probable than this a rival is none, and needs no recording of its own."""
 
 
 def sentences(

@@ -12,7 +12,7 @@ from drill_env.diagnosis.by_prediction import PredictionDiagnosis
 from drill_env.diagnosis.diagnose import Diagnosis
 from drill_env.diagnosis.locate import label_of
 from drill_env.diagnosis.lost_counts import LostCounts
-from drill_env.diagnosis.sentences import CONFUSED
+from drill_env.diagnosis.probability import CONFUSED
 from drill_env.diagnosis.strikes import Strike
 from drill_env.report._diagnosis_rows import (
     effect_rows,
