@@ -40,7 +40,7 @@ from drill_env.parameters import Rig
 from drill_env.prediction.criteria import Criteria
 from drill_env.recordings import Recording
 
-# Share of the time that the search may take; judging took 4 to 20 % of 24 concealed cases.
+# Share of the time that the search may take; judging took 9 to 24 % of twelve concealed cases.
 _SEARCH = 0.75
 # 5 s predictions with another friction law that are so many times as far off, all of them, refute
 # it; with a right but faint effect they were 1.1 times as far.
