@@ -45,16 +45,31 @@ def test_no_time_is_an_error():
         DiagnosisOptions(seconds=0)
 
 
-def test_the_first_interrupt_asks_and_the_second_one_interrupts(capsys):
-    usual = signal.getsignal(signal.SIGINT)
+@pytest.fixture
+def handled():
+    """How interrupts are handled where nobody ignores them; in the background shells do."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield signal.default_int_handler
+    signal.signal(signal.SIGINT, before)
+
+
+def test_the_first_interrupt_asks_and_the_second_one_interrupts(capsys, handled):
     with first_interrupt() as asked:
         assert not asked.is_set()
         signal.raise_signal(signal.SIGINT)
         assert asked.is_set()
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
-    assert signal.getsignal(signal.SIGINT) is usual
+    assert signal.getsignal(signal.SIGINT) is handled
     assert "interrupt again" in capsys.readouterr().err
+
+
+def test_what_the_shell_ignores_stays_ignored(handled):
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with first_interrupt() as asked:
+        signal.raise_signal(signal.SIGINT)
+        assert not asked.is_set()
+    assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
 
 
 def offered(*names):

@@ -122,6 +122,10 @@ def first_interrupt() -> Iterator[threading.Event]:
         signal.signal(number, usual)
         tell("ending with what is known; interrupt again to stop at once")
 
+    if usual is signal.SIG_IGN:
+        # Whoever began this in the background has the interrupts for himself.
+        yield asked
+        return
     signal.signal(signal.SIGINT, note)
     try:
         yield asked
