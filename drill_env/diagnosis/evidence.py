@@ -123,8 +123,9 @@ def listing(criteria: Criteria) -> Criteria:
 
 
 def _improbable(found: Found, name: str) -> bool:
-    """Whether the later rounds that tried a name all gave it no chance."""
-    later = [r for r in found.rounds[1:] if any(a.term.id == name for a in r.named)]
+    """Whether the later rounds that tried a name and were weighed all gave it no chance."""
+    weighed = [r for r in found.rounds[1:] if r.weights]
+    later = [r for r in weighed if any(a.term.id == name for a in r.named)]
     return bool(later) and max(r.weights.get(name, 0.0) for r in later) < CONFUSED
 
 
