@@ -9,7 +9,6 @@ from collections.abc import Callable
 Report = Callable[[str], bool | None]
 """Told what is done next; where it returns True, what can be left out is left out."""
 
-
 ASKED = "asked"
 """That somebody asked for the end."""
 
@@ -28,8 +27,8 @@ class Watch:
 
         Args:
             report: told what is done next, and asked whether to end.
-            seconds: of this process' CPU after which the search is ended. Unlike the clock's, they
-                do not depend on what else the machine does.
+            seconds: of this process' CPU after which the search is ended. They depend
+                less than the clock's on what else the machine does.
         """
         self.report, self.seconds = report, seconds
         self.ended = ""

@@ -20,7 +20,7 @@ from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import followed
 from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.lost_counts import LostCounts
-from drill_env.diagnosis.probability import CONFUSED
+from drill_env.diagnosis.probability import UNLISTED
 from drill_env.diagnosis.rounds import Attempt, Found, Round, at_range_end, is_named, place_of
 from drill_env.diagnosis.strikes import Once
 from drill_env.diagnosis.terms import Named, Term
@@ -123,10 +123,10 @@ def listing(criteria: Criteria) -> Criteria:
 
 
 def _improbable(found: Found, name: str) -> bool:
-    """Whether the later rounds that tried a name and were weighed all gave it no chance."""
+    """Whether a name is less probable than physics of no library in each round that weighed it."""
     weighed = [r for r in found.rounds[1:] if r.weights]
     later = [r for r in weighed if any(a.term.id == name for a in r.named)]
-    return bool(later) and max(r.weights.get(name, 0.0) for r in later) < CONFUSED
+    return bool(later) and max(r.weights.get(name, 0.0) for r in later) < UNLISTED
 
 
 def _once(term: Term) -> bool:

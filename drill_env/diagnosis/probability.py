@@ -17,7 +17,7 @@ three of those are told since.
 """
 
 CONFUSED = 0.02
-"""Less probable than this a name is none, and needs no recording of its own."""
+"""Less probable than this a rival is none, and needs no recording of its own."""
 
 
 def probability_in(found: Round, name: str) -> float:
