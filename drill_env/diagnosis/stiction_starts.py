@@ -34,7 +34,8 @@ def best_at_rest(linearised: Linearised, source: Named) -> tuple[Term, float] | 
         source: it.
 
     Returns:
-        The term, and the fall of minus twice the log likelihood; None where no disc ever rested.
+        The term, and the fall of minus twice the log likelihood; None where no disc ever rested, or
+        no size gains on the recording that rests most.
     """
     setting, fit = linearised.setting, linearised.fit
     disc = 0 if source.effect.equation == "upper" else 1
@@ -46,6 +47,10 @@ def best_at_rest(linearised: Linearised, source: Named) -> tuple[Term, float] | 
     one = alone(setting, fit, int(np.argmax(rested)))
     tried = _gains(*one, [Term(source, q) for q in _points(source, _strongest_hold(fit, disc))])
     ranked = sorted(tried, key=_gain, reverse=True)
+    if _gain(ranked[0]) <= 0.0:
+        # Where a disc rests most it would show most; no size there gains, and one of each valley
+        # was among them.
+        return None
     near = [_resized(term, share) for term, _ in ranked[:_NEAR] for share in _BETWEEN]
     few = sorted([*ranked, *_gains(*one, near)], key=_gain, reverse=True)[:_WORTH]
     return max(_gains(setting, fit, [term for term, _ in few]), key=_gain)
