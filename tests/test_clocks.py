@@ -96,7 +96,7 @@ def test_the_drive_on_other_rows_has_the_same_impulse():
 def test_a_gap_of_the_drive_is_one_of_the_recording(tmp_path):
     clock = np.delete(T, np.s_[700:900])
     write(tmp_path, volt={"t": clock, "x": drive(clock)}, top={"t": T + 0.001, "x": top(T + 0.001)})
-    with pytest.warns(RecordingWarning, match="the drive is not known in 202 rows; left out"):
+    with pytest.warns(RecordingWarning, match="the drive or a load is not known in 202 rows; left out"):
         recording = read(tmp_path, 'files = { u = "volt.csv", theta_u = "top.csv" }')
     assert len(recording.gaps) == 1 and np.isfinite(recording.u).all()
     assert recording.t[recording.gaps[0]] == pytest.approx(3.5, abs=0.011)
@@ -165,7 +165,7 @@ def test_a_delay_of_part_of_a_row_is_refused_or_interpolated(tmp_path):
 def test_a_delay_of_the_drive_keeps_its_impulse(tmp_path):
     """The recorded voltage acted 2 ms, 0.4 rows, before its row: then the next one holds."""
     write(tmp_path, run={"t": T, "u": drive(T), "theta_u": top(T)})
-    with pytest.warns(RecordingWarning, match="the drive is not known in 1 rows"):
+    with pytest.warns(RecordingWarning, match="the drive or a load is not known in 1 rows"):
         recording = read_recording(tmp_path / "run.csv", parse_map(["u=u@0.002"]))
     u = drive(T)
     np.testing.assert_array_equal(recording.t, T[:-1])

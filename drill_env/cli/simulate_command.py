@@ -133,6 +133,7 @@ def _played(
     import numpy as np
 
     from drill_env.identification.drive import driven_rig
+    from drill_env.identification.known_loads import loaded
     from drill_env.integrator import sampled_voltage, simulate
     from drill_env.recordings import parse_map, read_recording
 
@@ -145,7 +146,7 @@ def _played(
         length = float(np.nextafter(length, np.inf))
     times = recording.t[recording.t <= begin + length] if rate is None else None
     drive = sampled_voltage(recording.t, recording.u)
-    rig = driven_rig(rig, [recording])
+    rig = loaded(driven_rig(rig, [recording]), recording, begin)
     return simulate(rig, drive, length, t_start=begin, t_eval=times, rate=rate, initial=start)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -168,6 +168,14 @@ def _check_channels(held: Sequence[Samples]) -> None:
             )
 
 
+def _scale(samples: Sequence[Samples], fixed: Container[str]) -> str:
+    """The parameter that sets the scale of torque; none where a measured load does."""
+    recordings = [s.recording for s in samples]
+    if torque_driven(recordings) or "km" in fixed:
+        return "km"
+    return "" if any(r.loads() for r in recordings) else "Ju"
+
+
 def _diagnose(
     recordings: Sequence[Recording], holdout: Sequence[Recording], rig: Rig,
     options: DiagnosisOptions, report: Report,
@@ -179,8 +187,7 @@ def _diagnose(
     held = [prepare(r, rig, relative=relative) for r in holdout]
     _check_channels(held)
     measured = torque_driven([s.recording for s in samples])
-    scale = "km" if measured or "km" in options.fixed else "Ju"
-    free = free_parameters(rig, options.fixed, scale)
+    free = free_parameters(rig, options.fixed, _scale(samples, options.fixed))
     library = offered_effects(rig, free, options.leave_out, amplifier=not measured)
     found = find(samples, rig, free, library, most=options.most, doubt=options.doubt, report=report)
     law = None

@@ -16,6 +16,7 @@ from drill_env.diagnosis.extended import lost_value, motion_of
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.effects.along import Motion, inner_states
 from drill_env.effects.steady import acting as acting_rig
+from drill_env.identification.known_loads import loaded
 from drill_env.identification.noise_of_recording import settled_starts
 from drill_env.identification.prediction_error import Path, path_of
 from drill_env.identification.samples import Samples
@@ -133,6 +134,7 @@ def _run_from(
 ) -> FloatArray:
     """What is judged, simulated anew from each of some rows, shape (n, 2), as it is read."""
     channels = judged_channels(samples)
+    rig = loaded(rig, samples.recording)
     out = np.full((len(samples.t), 2), math.nan)
     kept = inner_states(acting_rig(rig), motion, rows)
     ends = [*rows[1:].tolist(), len(samples.t)]

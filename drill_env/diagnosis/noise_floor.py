@@ -19,6 +19,7 @@ from drill_env.diagnosis.held_out import (
     run_from_start,
 )
 from drill_env.effects.along import Motion
+from drill_env.identification.known_loads import loaded
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
@@ -99,10 +100,11 @@ def _shaken(
     tables = [
         {
             "id": "table", "component": disc, "depends_on": "time", "sort": "torque",
-            "knots": samples.t.tolist(), "values": torque[:, place].tolist(),
+            "knots": samples.t, "values": torque[:, place], "located": False,
         }
         for place, disc in enumerate(("upper", "lower"))
     ]  # fmt: skip
+    rig = loaded(rig, samples.recording)
     shaken = rig.replace(effects=(*rig.effects, *tables))
     out = np.full((len(samples.t), 2), math.nan)
     for a, b in zip(rows.tolist(), [*rows[1:].tolist(), len(samples.t)], strict=True):

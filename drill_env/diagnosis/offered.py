@@ -20,7 +20,8 @@ def free_parameters(rig: Rig, fixed: Container[str] = (), scale: str = "Ju") -> 
         rig: where to start. `Tsu` or `bu` of 0 is a model without that term: its coordinate is a
             logarithm, so it stays out, and its asymmetry with it.
         fixed: parameters that are held besides the scale of torque.
-        scale: the parameter that sets it: Ju, or km where the drive is a measured torque.
+        scale: the parameter that sets it: Ju, or km where the drive is a measured torque; "" where
+            something else was measured in Nm.
     """
     absent = {name for name in ("Tsu", "bu") if getattr(rig, name) == 0.0}
     absent |= {name for name, level in _LEVELS.items() if level in absent}

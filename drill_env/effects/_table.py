@@ -99,15 +99,21 @@ def interpolate(e, s, x):
         e.gap[0], e.next[0] = x.real - low, cell - 1
     else:
         e.gap[0], e.next[0] = high - x.real, cell + 1
+    return between_knots(e, cell, x)
+
+
+@inlined
+def between_knots(e, cell, x):
+    """Value on the straight line of a cell, constant beyond the ends."""
+    low, high = knot(e, cell), knot(e, cell + 1)
     left, right = value_at_knot(e, cell), value_at_knot(e, cell + 1)
     share = (x - low) / (high - low) if low > -inf and high < inf else 0.0 * x
     return left + share * (right - left)
 
 
-@response
-def tabulated(p, e, s, out):
-    """Add the table's torque or error; `e.q` holds its coordinate, action, length and period."""
-    value = interpolate(e, s, coordinate_of(int(e.q[COORDINATE].real), s))
+@kernel
+def act(e, s, out, value):
+    """Let a value act where the table says."""
     action = int(e.q[ACTION].real)
     if action == TORQUE_U:
         out.torque_u += value
@@ -131,3 +137,16 @@ def tabulated(p, e, s, out):
         out.string += value * (s.omega_u - s.omega_l)
     else:
         out.string += value * s.pull
+
+
+@response
+def tabulated(p, e, s, out):
+    """Add the table's torque or error; `e.q` holds its coordinate, action, length and period."""
+    act(e, s, out, interpolate(e, s, coordinate_of(int(e.q[COORDINATE].real), s)))
+
+
+@response
+def sampled(p, e, s, out):
+    """As `tabulated`, of dense samples of something smooth, whose knots end no step."""
+    x = coordinate_of(int(e.q[COORDINATE].real), s)
+    act(e, s, out, between_knots(e, cell_of(e, x.real), x))

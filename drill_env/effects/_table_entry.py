@@ -11,10 +11,12 @@ import numpy as np
 from drill_env._checks import real
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.effects._table import ACTIONS, COORDINATES, tabulated
+from drill_env.effects._table import ACTIONS, COORDINATES, sampled, tabulated
 from drill_env.effects.signal import ENTRY
 
-_TABLE_KEYS = {"id", "component", "depends_on", "sort", "knots", "values", "encoder", "period"}
+_TABLE_KEYS = {
+    "id", "component", "depends_on", "sort", "knots", "values", "encoder", "period", "located",
+}  # fmt: skip
 _ACTION = {
     ("actuator", "torque"): "torque_u",
     ("upper", "torque"): "torque_u",
@@ -60,11 +62,25 @@ def table_entry(entry: Mapping[str, Any]) -> tuple[np.ndarray, FloatArray]:
     if period > 0.0:
         table = np.ascontiguousarray(_closed(table, period))
     row = np.zeros((), dtype=ENTRY)
-    row["code"], row["table"], row["switches"] = tabulated.address, table.ctypes.data, 1
+    located = is_located(entry)
+    row["code"] = (tabulated if located else sampled).address
+    row["table"], row["switches"] = table.ctypes.data, int(located)
     row["senses"] = row["idle"] = action.startswith("angle")
     row["upper"], row["timed"] = action.endswith("_u"), coordinate == "time"
     row["q"][:4] = COORDINATES.index(coordinate), ACTIONS.index(action), table.shape[1], period
     return row, table
+
+
+def is_located(entry: Mapping[str, Any]) -> bool:
+    """Whether steps end at the knots of a table.
+
+    Raises:
+        InputError: it is neither true nor false.
+    """
+    located = entry.get("located", True)
+    if not isinstance(located, bool):
+        raise InputError(f"table: located is {located!r}; give true or false")
+    return located
 
 
 def _action(entry: Mapping[str, Any]) -> str:
@@ -87,6 +103,9 @@ def _action(entry: Mapping[str, Any]) -> str:
 
 def _numbers(entry: Mapping[str, Any], key: str) -> FloatArray:
     given = entry.get(key)
+    if isinstance(given, np.ndarray) and given.ndim == 1 and np.isfinite(given).all():
+        # Samples of a recording by the ten thousand, which were checked when it was read.
+        return given.astype(float)
     if isinstance(given, str) or not isinstance(given, Sequence):
         raise InputError(f"table: {key} is {given!r}; give a list of numbers")
     return np.array([real(number, f"table: a number of {key}") for number in given], dtype=float)

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from numba.core.errors import NumbaError
 
 from drill_env._errors import InputError
 from drill_env.effects import LIBRARY
-from drill_env.effects._table import tabulated
+from drill_env.effects._table import sampled, tabulated
+from drill_env.effects._table_entry import is_located
 from drill_env.effects.signal import RESPOND_SLOPES
 
 
-def slope_code(name: str) -> int:
-    """What compiled code calls an effect by in complex arithmetic, in this process.
+def slope_code(entry: Mapping[str, Any]) -> int:
+    """What compiled code calls an effect of a rig by in complex arithmetic, in this process.
 
     Raises:
         InputError: its function cannot be compiled so.
     """
-    kernel = tabulated if name == "table" else LIBRARY[name].kernel
+    name = str(entry["id"])
+    table = tabulated if is_located(entry) else sampled
+    kernel = table if name == "table" else LIBRARY[name].kernel
     try:
         return int(kernel.address_for(RESPOND_SLOPES))
     except NumbaError as error:

@@ -116,6 +116,11 @@ def simulate_closed_loop(
             f"{recording.source}: the time has gaps, and the loop ran on in them; cut the "
             "recording at the gaps"
         )
+    if recording.load_u is not None:
+        raise InputError(
+            f"{recording.source}: a measured load does not act on the simulated closed loop; "
+            "leave --reference out"
+        )
     recording.channel("theta_u")
     rows = len(recording)
     u, y = recording.channel("u").copy(), np.zeros(rows)

@@ -8,6 +8,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
+from drill_env.identification.known_loads import force_on_axis
 from drill_env.parameters import Rig
 from drill_env.recordings import Recording
 
@@ -48,7 +49,7 @@ class InverseOptions:
 def force_balance(
     recording: Recording, gain: float, asymmetric: bool, options: InverseOptions
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Regressors and force of M a + friction = gain u, for the recording's theta_u.
+    """Regressors and force of M a + friction = gain u + load_u, for the recording's theta_u.
 
     Args:
         recording: with u and theta_u and no gaps.
@@ -65,7 +66,7 @@ def force_balance(
     """
     from scipy import signal
 
-    force, position = gain * recording.channel("u"), recording.channel("theta_u")
+    force, position = force_on_axis(recording, gain), recording.channel("theta_u")
     if options.centre_hold:
         force = np.append(force[0], 0.5 * (force[1:] + force[:-1]))
     if recording.has_note("gap"):

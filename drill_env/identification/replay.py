@@ -15,6 +15,7 @@ from drill_env.friction import lower_curve
 from drill_env.identification.drive import driven_rig
 from drill_env.identification.initial_state import state_at
 from drill_env.identification.inverse_dynamics import InverseOptions, rig_force_error
+from drill_env.identification.known_loads import loaded
 from drill_env.integrator import Voltage, sampled_voltage, simulate
 from drill_env.parameters import Rig
 from drill_env.recordings import Channel, Recording, RecordingWarning
@@ -126,7 +127,7 @@ def replay(
     t = recording.t - recording.t[0]
     voltage = sampled_voltage(t, recording.channel("u"))
     start = state_at(recording, rig, 0) if initial is None else np.asarray(initial, dtype=float)
-    free = _run(rig, voltage, t, start)
+    free = _run(loaded(rig, recording), voltage, t, start)
     simulated: dict[Channel, FloatArray] = {name: free[name] for name in channels}
     predicted: dict[Channel, FloatArray] = {}
     if len(recording.angles().keys() & set(channels)) == rig.inertias:
@@ -189,6 +190,7 @@ def run_pieces(
     """
     t = recording.t - recording.t[0]
     voltage = sampled_voltage(t, recording.channel("u"))
+    rig = loaded(rig, recording)
     bounds = [*rows.tolist(), len(t)]
     pieces = [
         _run(rig, voltage, t[row:end], state)

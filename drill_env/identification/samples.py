@@ -12,6 +12,7 @@ from drill_env._types import FloatArray, IntArray
 from drill_env.effects.declared import Declared, bundled
 from drill_env.identification._filter_state import N_START
 from drill_env.identification.initial_state import state_at
+from drill_env.identification.known_loads import mean_loads
 from drill_env.identification.readings import (
     READINGS,
     START_ANGLE,
@@ -40,7 +41,8 @@ class Samples:
         angles: theta_u and theta_l, rad, and where a velocity is recorded omega_u and omega_l,
             rad/s; NaN where missing, shape (n, 2) or (n, 4).
         repeats: samples that share one rounding error, shape as of `angles`.
-        loads: known torques on the discs, held as the voltage is, Nm, shape (n, 2).
+        loads: known torques on the discs, the mean over the interval after each row, Nm, shape
+            (n, 2). Those that were measured are in it from the start.
         restarts: rows where the state is unknown, shape (m,).
         starts: first guess of theta_u - theta_l, omega_u, omega_l, theta_l there and of the
             twist at which the encoders agree, shape (m, 5).
@@ -135,10 +137,10 @@ def prepare(
             spreads[i, 0] = 0.0
         if recording.velocities():
             doubt_what_velocities_hide(spreads[i], recording, rig)
-    loads = np.zeros((len(t), 2))
     return Samples(
-        recording, t, u, angles, repeats, loads, restarts, starts, spreads, relative=relative
-    )
+        recording, t, u, angles, repeats, mean_loads(recording), restarts, starts, spreads,
+        relative=relative,
+    )  # fmt: skip
 
 
 def _restarts(t: FloatArray, interval: float, window: float) -> IntArray:

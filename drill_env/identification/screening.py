@@ -116,7 +116,8 @@ def findings(
     )
     if not recording.angles():
         return ()
-    if recording.u is None:
+    if recording.u is None or recording.loads():
+        # What the discs do is judged by the voltage, as if that alone moved them.
         return tuple(check_rows(recording))
     # An integral jumps and stands still by the noise of the velocity: no encoder to be judged.
     whole = measured.angles().keys() == recording.angles().keys()

@@ -88,7 +88,7 @@ class Slopes:
         for name in ENTRY_SLOPES.names or ():
             self.entries[name] = effects.entries[name]
         for row, place in enumerate(effects.order):
-            self.entries["code"][row] = slope_code(str(rig.effects[place]["id"]))
+            self.entries["code"][row] = slope_code(rig.effects[place])
         self.record = np.zeros(1, dtype=SLOPES)
         record = self.record[0]
         record["entries"] = self.entries.ctypes.data

@@ -10,6 +10,7 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
 from drill_env.effects.along import Motion
+from drill_env.identification.known_loads import loaded
 from drill_env.identification.samples import Samples
 from drill_env.integrator.windows import Windows
 from drill_env.parameters import Rig
@@ -56,6 +57,7 @@ class Cut:
         windows = self.windows if windows is None else windows
         if self.lower is not None:
             rig, windows = _pulled(rig, windows, self.lower, delay)
+        rig = loaded(rig, self.samples.recording)
         return windows.predicted(rig, shift=delay)[..., :count]
 
     def errors(self, rig: Rig, shift: float) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.recordings.checks import SHORTEST, check_length
-from drill_env.recordings.columns import Channel
+from drill_env.recordings.columns import LOADS, Channel
 from drill_env.recordings.recording import Recording, RecordingWarning, is_gap
 
 # Of the usual interval: the jitter of a single clock is remarked from there on.
@@ -25,8 +25,9 @@ def on_rows(
 ) -> Recording:
     """A recording with more channels, or channels anew, from other clocks.
 
-    Its rows stay, but for those in which the drive is then not known. The drive gets its mean over
-    each row, since it is held on its own clock. A reading gets the sample that stands at the row,
+    Its rows stay, but for those in which the drive or a load is then not known. The drive gets its
+    mean over each row, since it is held on its own clock; a load is straight between its samples. A
+    reading gets the sample that stands at the row,
     within 1 % of the usual interval, and is else missing, or interpolated if that is asked for.
 
     Args:
@@ -43,13 +44,17 @@ def on_rows(
     for name, (clock, column) in others.items():
         if name == "u":
             values[name] = held(t, clock, column)
+        elif name in LOADS:
+            values[name] = _straight(t, clock, column)
         else:
             values[name] = sampled(t, clock, column, interpolate=interpolate)
             notes += _remarks(recording.source, name, values[name], t, (clock, column), interpolate)
-    known = np.isfinite(values["u"]) if "u" in values else np.full(len(t), True)
+    must = [values[name] for name in ("u", *LOADS) if name in values]
+    known = np.isfinite(must).all(axis=0) if must else np.full(len(t), True)
     check_length(t[known], recording.source)
     if not known.all():
-        text = f"{recording.source}: the drive is not known in {int((~known).sum())} rows; left out"
+        lost = int((~known).sum())
+        text = f"{recording.source}: the drive or a load is not known in {lost} rows; left out"
         notes.append(RecordingWarning("clocks", text))
     return replace(
         recording, t=t[known], **{name: column[known] for name, column in values.items()},
@@ -79,6 +84,14 @@ def sampled(
     if interpolate:
         inside = ~near & (clock[0] < t) & (t < clock[-1]) & ~is_gap(clock)[after - 1]
         found[inside] = np.interp(t[inside], clock, values)
+    return found
+
+
+def _straight(t: FloatArray, clock: FloatArray, values: FloatArray) -> FloatArray:
+    """Values on straight lines between samples next to each other, NaN elsewhere, shape (n,)."""
+    found = np.interp(t, clock, values, left=np.nan, right=np.nan)
+    after = np.clip(np.searchsorted(clock, t), 1, len(clock) - 1)
+    found[is_gap(clock)[after - 1]] = np.nan
     return found
 
 

@@ -7,15 +7,18 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias, cast
+from typing import Literal, TypeAlias, cast, get_args
 
 from drill_env._errors import InputError, printable
 from drill_env.recordings.limits import LARGEST
 
-Channel: TypeAlias = Literal["t", "u", "torque", "theta_u", "theta_l", "omega_u", "omega_l"]
-CHANNELS: tuple[Channel, ...] = ("t", "u", "torque", "theta_u", "theta_l", "omega_u", "omega_l")
+Channel: TypeAlias = Literal[
+    "t", "u", "torque", "theta_u", "theta_l", "omega_u", "omega_l", "load_u", "load_l"
+]
+CHANNELS: tuple[Channel, ...] = get_args(Channel)
 ANGLES: tuple[Channel, ...] = ("theta_u", "theta_l")
 VELOCITIES: tuple[Channel, ...] = ("omega_u", "omega_l")
+LOADS: tuple[Channel, ...] = ("load_u", "load_l")
 
 _TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
 _VOLTAGE = {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "kV": 1e3}
@@ -37,6 +40,8 @@ UNITS: dict[Channel, dict[str, float]] = {
     "theta_l": _ANGLE,
     "omega_u": _VELOCITY,
     "omega_l": _VELOCITY,
+    "load_u": _TORQUE,
+    "load_l": _TORQUE,
 }
 DRIVES: tuple[Channel, ...] = ("u", "torque")
 COUNTED: dict[Channel, str] = {
@@ -78,18 +83,19 @@ class Column:
 
 
 ColumnMap: TypeAlias = Mapping[Channel, str]
-"""Channel to "COLUMN[:UNIT][@DELAY]", as `parse_map` returns it; a drive also to a number."""
+"""Channel to "COLUMN[:UNIT][@DELAY]", as `parse_map` returns it; a drive and a load also to a
+number."""
 
 
 def parse_map(entries: Iterable[str]) -> dict[Channel, str]:
     """Read ``CHANNEL=COLUMN[:UNIT][@DELAY]`` entries.
 
-    Units: t in s, ms, us, ns, min; u in V, mV, uV, kV; torque in Nm, mNm, uNm, Ncm, kNm or, of
+    Units: t in s, ms, us, ns, min; u in V, mV, uV, kV; torques in Nm, mNm, uNm, Ncm, kNm or, of
     a linear axis, N, mN, kN; angles in rad, mrad, deg, turn, rev, m, cm, mm, um or ``counts/N``
     (N counts per revolution); velocities in any of these a second (rad/s, deg/s, ...), rpm or
-    ``counts/N`` (counts a second); or a bare number to multiply by. For u and torque a number may
-    stand in place of the column: ``u=0`` is a free decay. With a delay in s, of any channel but t,
-    what stands at a time belongs so much earlier (later if it is negative).
+    ``counts/N`` (counts a second); or a bare number to multiply by. For drives and loads a number
+    may stand in place of the column: ``u=0`` is a free decay. With a delay in s, of any channel but
+    t, what stands at a time belongs so much earlier (later if it is negative).
 
     Raises:
         InputError: an entry has no "=", an unknown channel or comes twice.
@@ -196,7 +202,7 @@ def _parse(
     name, colon, unit = (whole, "", "") if whole in found else whole.rpartition(":")
     if not colon or unit.endswith((")", "]")):
         name, unit = whole, ""
-    number = number_of(name) if channel in DRIVES and name not in found else None
+    number = number_of(name) if channel in (*DRIVES, *LOADS) and name not in found else None
     if name not in found and number is None:
         text = missing_text(source, (name,), found, others)
         raise InputError(text.replace(f"{name}=", f"{channel}=", 1))

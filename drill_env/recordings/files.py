@@ -12,6 +12,7 @@ from drill_env._types import FloatArray
 from drill_env.recordings.clocks import on_rows
 from drill_env.recordings.columns import (
     DRIVES,
+    LOADS,
     Channel,
     listed,
     missing_text,
@@ -39,7 +40,7 @@ def read_files(source: Path, entry: RecordingSettings) -> Recording:
     parts: dict[Channel, Recording] = {
         name: _part(name, file, entry) for name, file in entry.files.items() if name != "t"
     }
-    readings: list[Channel] = [name for name in parts if name not in DRIVES]
+    readings: list[Channel] = [name for name in parts if name not in (*DRIVES, *LOADS)]
     main: Channel = max(readings, key=lambda name: len(parts[name]))
     drive = parts[main].drive
     others: dict[Channel, tuple[FloatArray, FloatArray]] = {}
@@ -90,9 +91,9 @@ def _part(channel: Channel, file: Path, entry: RecordingSettings) -> Recording:
         clock = table.columns[time]
     told = column_map(entry, {**names, "t": time, channel: name})
     kept: dict[Channel, str] = {"t": told["t"], channel: told[channel]}
-    for drive in DRIVES:
-        if drive not in entry.files and number_of(names.get(drive, "")) is not None:
-            kept[drive] = told[drive]
+    for given in (*DRIVES, *LOADS):
+        if given not in entry.files and number_of(names.get(given, "")) is not None:
+            kept[given] = told[given]
     return recording_from(
         printable(file), replace(table, columns={time: clock, name: values}), kept,
         need=(channel,), missing=entry.missing,

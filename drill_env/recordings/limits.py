@@ -63,6 +63,8 @@ LARGEST: dict[str, tuple[float, str]] = {
     "theta_l": (1e9, "rad"),
     "omega_u": (1e5, "rad/s"),
     "omega_l": (1e5, "rad/s"),
+    "load_u": (1e7, "Nm"),
+    "load_l": (1e7, "Nm"),
 }
 """Largest size of each channel in SI units, and the unit.
 

@@ -15,6 +15,7 @@ from drill_env.recordings.columns import (
     CHANNELS,
     COUNTED,
     DRIVES,
+    LOADS,
     UNITS,
     Channel,
     counts_per_turn,
@@ -117,8 +118,8 @@ def from_manifest(manifest: Path) -> dict[Path, RecordingSettings]:
         where = f"{manifest}: [[recording]] number {number}"
         _check_keys(where, entry, ("file", "files", "role", *_OPTIONS))
         several = _several(where, manifest.parent, entry)
-        # By the name of the first reading's file: those of time and drive may be shared.
-        first = [file for name, file in several.items() if name not in ("t", *DRIVES)][:1]
+        # By the name of the first reading's file: those of time, drive and load may be shared.
+        first = [file for name, file in several.items() if name not in ("t", *DRIVES, *LOADS)][:1]
         for file in first or _files(where, manifest.parent, entry.get("file")):
             if file in found:
                 raise InputError(f"{where}: {file.name} is named before; keep one of the two")
@@ -137,7 +138,7 @@ def _several(where: str, folder: Path, entry: Mapping[str, Any]) -> dict[Channel
             f'{where}: give either file = "NAME" or files = {{ u = "NAME", theta_u = "NAME" }}'
         )
     _check_keys(f"{where}: files", files, CHANNELS)
-    if not set(files) - {"t", *DRIVES} or set(DRIVES) <= set(files):
+    if not set(files) - {"t", *DRIVES, *LOADS} or set(DRIVES) <= set(files):
         raise InputError(f"{where}: files needs one of a reading, theta_u or such, and one drive")
     found: dict[Channel, Path] = {}
     for channel in CHANNELS:
@@ -193,7 +194,7 @@ def _settings(
         merged[key] = {**tables[0], **tables[1]}
         _check_keys(f"{where}: {key}", merged[key], CHANNELS)
         for channel, text in merged[key].items():
-            if key == "columns" and channel in DRIVES and type(text) in (int, float):
+            if key == "columns" and channel in (*DRIVES, *LOADS) and type(text) in (int, float):
                 merged[key][channel] = repr(text)
             elif not isinstance(text, str) or not text:
                 raise InputError(f"{where}: {key}.{channel} is {text!r}; write a name in quotes")

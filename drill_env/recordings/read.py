@@ -60,7 +60,7 @@ def read_recording(
             mapped are looked for under their own names.
         need: channels that must be there, besides t; a torque stands for u.
         missing: "refuse" values that are no number, or "keep" them: then an angle or velocity
-            stays NaN, and rows without time or drive are left out.
+            stays NaN, and rows without time, drive or load are left out.
         interpolate: a reading whose delay is no whole number of rows, between its samples.
 
     Raises:
@@ -168,7 +168,7 @@ def _channels(
 def _without_missing(
     source: str, values: dict[Channel, FloatArray], extra: dict[str, FloatArray]
 ) -> list[RecordingWarning]:
-    """Cut rows without time or drive out of both; the remark, if anything is missing."""
+    """Cut rows without time, drive or load out of both; the remark, if anything is missing."""
     read: list[Channel] = [name for name in (*ANGLES, *VELOCITIES) if name in values]
     absent = {name: ~np.isfinite(column) for name, column in values.items()}
     cut = np.any([absent[name] for name in values if name not in read], axis=0)
@@ -185,8 +185,8 @@ def _without_missing(
         if np.isfinite(values[name]).sum() < SHORTEST:
             raise InputError(f"{source}: {name} has no {SHORTEST} values; map another column")
     text = (
-        f"{source}: {int(some.sum())} rows lack a value, {int(cut.sum())} of them the time or the "
-        "drive; these are left out, in the others the reading counts as not measured"
+        f"{source}: {int(some.sum())} rows lack a value, {int(cut.sum())} of them the time, the "
+        "drive or a load; these are left out, in the others the reading counts as not measured"
     )
     return [RecordingWarning("missing", text)]
 

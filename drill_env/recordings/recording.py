@@ -11,12 +11,12 @@ import numpy as np
 
 from drill_env._errors import InputError, printable
 from drill_env._types import BoolArray, FloatArray, IntArray
-from drill_env.recordings.columns import ANGLES, VELOCITIES, Channel, missing_text
+from drill_env.recordings.columns import ANGLES, LOADS, VELOCITIES, Channel, missing_text
 
 Drive: TypeAlias = Literal["voltage", "torque"]
 """What drives the rig: the motor's voltage, or its torque (of a linear axis, force) itself."""
 
-_CHANNELS: tuple[Channel, ...] = ("t", "u", *ANGLES, *VELOCITIES)
+_CHANNELS: tuple[Channel, ...] = ("t", "u", *ANGLES, *VELOCITIES, *LOADS)
 _GAP = 1.8
 
 
@@ -57,6 +57,10 @@ class Recording:
         omega_u: upper-disc velocity in rad/s (or m/s) as measured, and not as computed from
             `theta_u`, shape (n,), or None; NaN where missing.
         omega_l: lower-disc velocity likewise.
+        load_u: torque in Nm (force in N) that was measured to act on the upper disc from outside,
+            positive along theta_u, shape (n,), or None. It is read at t[i] as an angle is, and
+            straight in between.
+        load_l: the same of the lower disc.
         drive: what `u` is.
         extra: other numeric columns as they stand in the file, each of shape (n,).
         constants: single numbers in the file, such as a drive gain.
@@ -73,6 +77,8 @@ class Recording:
     theta_l: FloatArray | None = None
     omega_u: FloatArray | None = None
     omega_l: FloatArray | None = None
+    load_u: FloatArray | None = None
+    load_l: FloatArray | None = None
     drive: Drive = "voltage"
     extra: Mapping[str, FloatArray] = field(default_factory=dict)
     constants: Mapping[str, float] = field(default_factory=dict)
@@ -112,6 +118,10 @@ class Recording:
     def velocities(self) -> dict[Channel, FloatArray]:
         """The velocity channels present."""
         return {name: value for name, value in self.channels().items() if name in VELOCITIES}
+
+    def loads(self) -> dict[Channel, FloatArray]:
+        """The channels of measured loads present."""
+        return {name: value for name, value in self.channels().items() if name in LOADS}
 
     def readings(self) -> dict[Channel, FloatArray]:
         """Angles and velocities present."""
