@@ -29,6 +29,7 @@ from scipy.signal import savgol_filter
 
 from benchmarks.real_rigs import MACHINES
 from drill_env._types import FloatArray
+from drill_env.diagnosis.by_prediction import PredictionDiagnosis
 from drill_env.diagnosis.diagnose import diagnose
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.parameters import Rig
@@ -103,6 +104,11 @@ def diagnosed(
     found = diagnose(fit, rig, held, options=options)
     numbers = in_yardsticks(found.rig, neutral, place)
     numbers[place["km"]] *= km / rig.km
+    if isinstance(found, PredictionDiagnosis) and rig.inertias == 2:
+        # The diagnosis counts the other end from where the string is not twisted.
+        cut = found.fold.setting.cuts[0]
+        moved = np.nanmedian(cut.lower - cut.samples.recording.channel("theta_l"))
+        numbers[place["O"]] -= numbers[place["Kx"]] * moved
     return numbers
 
 

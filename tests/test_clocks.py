@@ -96,7 +96,9 @@ def test_the_drive_on_other_rows_has_the_same_impulse():
 def test_a_gap_of_the_drive_is_one_of_the_recording(tmp_path):
     clock = np.delete(T, np.s_[700:900])
     write(tmp_path, volt={"t": clock, "x": drive(clock)}, top={"t": T + 0.001, "x": top(T + 0.001)})
-    with pytest.warns(RecordingWarning, match="the drive or a load is not known in 202 rows; left out"):
+    with pytest.warns(
+        RecordingWarning, match="the drive or a load is not known in 202 rows; left out"
+    ):
         recording = read(tmp_path, 'files = { u = "volt.csv", theta_u = "top.csv" }')
     assert len(recording.gaps) == 1 and np.isfinite(recording.u).all()
     assert recording.t[recording.gaps[0]] == pytest.approx(3.5, abs=0.011)

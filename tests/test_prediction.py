@@ -218,3 +218,13 @@ def test_a_free_shape_is_told_with_the_names_that_come_nearest_at_its_place():
     named = chosen([*entrants[:4], entrant("upper_shape", 5.0, named=False)], Criteria())
     assert named.chosen is not None and named.chosen.named
     assert named.grades.nearest == ()
+
+
+def test_a_window_is_one_observation_at_however_many_leads():
+    rng = np.random.default_rng(2)
+    gains = rng.normal(0.3, 1.0, (40, 1))
+    other = gains + rng.normal(0.05, 0.2, (40, 1))
+    pair = (("a", gains), ("b", other))
+    rows = [[row_of(n, 1, np.repeat(g, k, axis=1), [0] * 40) for n, g in pair] for k in (1, 4)]
+    one, four = (weighed(r, [1.0, 1.0]) for r in rows)
+    np.testing.assert_allclose(four, one)

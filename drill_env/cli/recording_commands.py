@@ -118,8 +118,9 @@ def replay_command(
     """Lay the simulation of a rig over a recording: error per channel and a picture.
 
     REC holds the columns t (s), u (V), theta_u, theta_l (rad) as CSV, Parquet, JSON or .mat;
-    other names, units and channels (torque, omega_u, omega_l) by --map. The error is given for one
-    free run from the first sample and for predictions that restart every --horizon seconds.
+    other names, units and channels (torque, omega_u, omega_l, load_u, load_l) by --map. The error
+    is given for one free run from the first sample and for predictions that restart every
+    --horizon seconds.
 
     Example: drill-env replay run.csv --rig rig.toml --out replay.png
     """

@@ -88,7 +88,10 @@ def weighed(rows: Sequence[Row], odds: Sequence[float], seed: int = 0) -> FloatA
     """Probabilities of models that exclude each other.
 
     Pseudo-BMA with the Bayesian bootstrap over windows (Yao, Vehtari, Simpson and Gelman, Bayesian
-    Analysis 13, 2018), times the prior odds. A number costs one nat (Akaike).
+    Analysis 13, 2018), times the prior odds. A number costs one nat (Akaike). The errors of one
+    window at several leads are one observation, of which their mean is the log density: as a
+    product of independent ones they would be sure of what they cannot know (composite likelihood;
+    Varin, Reid and Firth, Statistica Sinica 21, 2011).
 
     Args:
         rows: the models.
@@ -100,7 +103,7 @@ def weighed(rows: Sequence[Row], odds: Sequence[float], seed: int = 0) -> FloatA
     """
     if not rows:
         return np.zeros(0)
-    gains = np.stack([row.windows for row in rows])
+    gains = np.stack([row.windows / len(row.by_lead) for row in rows])
     count = gains.shape[1]
     draws = np.random.default_rng(seed).dirichlet(np.ones(count), _DRAWS) * count
     prior = np.log(odds) - np.array([row.numbers for row in rows])
