@@ -9,9 +9,10 @@ import socket
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
+from multiprocessing import resource_tracker
 from typing import Any, Protocol
 
-from drill_env._ending import end_with
+from drill_env._ending import end_with, uninterrupted
 from drill_env._errors import InputError, printable
 
 Task = Callable[[Any, Any], Any]
@@ -57,7 +58,11 @@ class Processes:
 
     def submit(self, task: Task, *arguments: Any) -> Future[Any]:
         """Begin a task; where a process died, in new ones."""
-        return self._executor().submit(_in_child, os.getpid(), task, *arguments)
+        # Where it is first needed, its start would let interrupts through again.
+        resource_tracker.ensure_running()
+        # A terminal's interrupt reaches them too, and while they import it would be a traceback.
+        with uninterrupted():
+            return self._executor().submit(_in_child, os.getpid(), task, *arguments)
 
     def stop(self, futures: Sequence[Future[Any]]) -> None:
         """End all processes."""
