@@ -62,7 +62,7 @@ class Processes:
         resource_tracker.ensure_running()
         # A terminal's interrupt reaches them too, and while they import it would be a traceback.
         with uninterrupted():
-            return self._executor().submit(_in_child, os.getpid(), task, *arguments)
+            return self._executor().submit(task, *arguments)
 
     def stop(self, futures: Sequence[Future[Any]]) -> None:
         """End all processes."""
@@ -75,13 +75,10 @@ class Processes:
     def _executor(self) -> Any:
         from joblib.externals.loky import get_reusable_executor
 
-        return get_reusable_executor(max_workers=self._jobs)
-
-
-def _in_child(parent: int, task: Task, *arguments: Any) -> Any:
-    # Who was killed without a word cannot end its processes.
-    end_with(parent)
-    return task(*arguments)
+        # Who was killed without a word cannot end its processes.
+        return get_reusable_executor(
+            max_workers=self._jobs, initializer=end_with, initargs=(os.getpid(),)
+        )
 
 
 class Cluster:
