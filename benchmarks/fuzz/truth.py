@@ -71,28 +71,35 @@ def apart(case: Case, solver: Solver) -> FloatArray:
 def possible(case: Case, solver: Solver) -> FloatArray:
     """How far two right solutions may be apart at the samples, rad/s, shape (n,).
 
-    A step of either errs by its tolerances at most, and what it errs by grows as the exact
-    derivative of the later state by the state then, to first order:
-    sum over the parts i before of |D(t, t_i)| n_i e_i, where e_i are the tolerances of both at the
-    largest state in the part, and n_i its steps.
+    A step of either errs by its tolerances at most, and what it errs by goes on as the exact
+    derivative D of the later state by the state then, to first order: the sum over the parts i
+    before of |D(t, t_i)| n_i e_i, where e_i are the tolerances of both at the largest state in the
+    part, and n_i its steps. What it once was it stays here.
     """
     run = ours(case, solver[0])
     seconds, inner = float(case.voltage.breaks[-1]), run.inner.shape[1]
     edges = np.linspace(0.0, seconds, PIECES + 1)
-    grown, found = np.zeros(4 + inner), np.zeros(len(run.t))
+    # Derivatives of the present state by that at the end of each part before, and errors there.
+    since, errors = np.zeros((0, 4 + inner, 4 + inner)), np.zeros((0, 4 + inner))
+    found = np.zeros(len(run.t))
     state, modes, memory = case.start, None, None
     for begin, end in zip(edges[:-1], edges[1:], strict=True):
         part = simulate(
             case.rig, case.voltage, end - begin, t_start=float(begin), initial=state, modes=modes,
-            inner=memory, rtol=solver[0], atol=0.01 * solver[0], sensitivity=True,
+            inner=memory, t_eval=np.linspace(begin, end, 11), rtol=solver[0],
+            atol=0.01 * solver[0], sensitivity=True,
         )  # fmt: skip
         matrix = part.final_sensitivity if inner else part.sensitivity[-1]
         columns = [*range(4), *range(matrix.shape[1] - inner, matrix.shape[1])]
         size = np.abs(np.hstack([part.state, part.inner])).max(axis=0)
         error = (solver[0] + solver[1]) * size + 0.01 * solver[0] + 0.1 * solver[1]
         steps = max(part.steps, (end - begin) / solver[2])
-        grown = np.abs(matrix[:, columns]) @ grown + steps * error
-        found[run.t > begin] = np.maximum(found[run.t > begin], grown[1:3].max())
+        since = np.concatenate([matrix[:, columns] @ since, np.eye(4 + inner)[None]])
+        errors = np.concatenate([errors, steps * error[None]])
+        grown = np.einsum("kij,kj->i", np.abs(since), errors)[1:3].max()
+        # Within a part it may be more than at its end: a disc may stop there.
+        later = run.t > begin
+        found[later] = np.maximum(found[later], grown)
         state, modes, memory = part.final_state, part.final_modes, part.final_inner
     return found
 
