@@ -67,6 +67,7 @@ bench: $(READY_BENCH) warm
 # configurations of the environments, long commands that are killed, and odd places to run in.
 N ?= 100000
 FUZZ_RIGS ?= 10000
+FUZZ_TRUTH ?= 300
 FUZZ_ENVIRONMENTS ?= 500
 FUZZ_KILLS ?= 50
 FUZZ_SEED ?= 7
@@ -75,6 +76,8 @@ fuzz: $(READY_DEV) warm
 	$(BIN)/python -m benchmarks.fuzz $(READERS) --inputs $(N) --seed $(FUZZ_SEED)
 	$(BIN)/python -m benchmarks.fuzz.rigs --rigs $(FUZZ_RIGS) --seed $(FUZZ_SEED)
 	$(BIN)/python -m benchmarks.fuzz.rigs --rigs $(FUZZ_RIGS) --seed $(FUZZ_SEED) --wide
+	$(BIN)/python -m benchmarks.fuzz.truth --rigs $(FUZZ_TRUTH) --seed $(FUZZ_SEED)
+	$(BIN)/python -m benchmarks.fuzz.truth --rigs $(FUZZ_TRUTH) --seed $(FUZZ_SEED) --effects
 	$(BIN)/python -m benchmarks.fuzz.environments --n $(FUZZ_ENVIRONMENTS) --seed $(FUZZ_SEED)
 	$(BIN)/python -m benchmarks.fuzz.killed --kills $(FUZZ_KILLS) --seed $(FUZZ_SEED)
 	$(BIN)/python -m benchmarks.fuzz.places

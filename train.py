@@ -34,7 +34,7 @@ from typing import Any
 
 import drill_env  # noqa: F401
 from drill_env import InputError
-from drill_env._ending import end_tidily
+from drill_env._ending import ending_tidily
 
 CHECKPOINT = "checkpoint.zip"
 PERIOD = 0.05
@@ -279,12 +279,12 @@ def main(args: Args) -> None:
 
 
 if __name__ == "__main__":
-    end_tidily()
-    try:
-        main(parse(sys.argv[1:]))
-    except InputError as error:
-        print(f"error: {error}", file=sys.stderr)
-        sys.exit(2)
-    except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
-        sys.exit(130)
+    with ending_tidily():
+        try:
+            main(parse(sys.argv[1:]))
+        except InputError as error:
+            print(f"error: {error}", file=sys.stderr)
+            sys.exit(2)
+        except KeyboardInterrupt:
+            print("interrupted", file=sys.stderr)
+            sys.exit(130)

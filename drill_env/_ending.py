@@ -2,32 +2,57 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
 import signal
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from typing import Any
 
 _LOOK = 0.5
 """Seconds between two looks at the parent; a worker that is left alone ends as soon."""
 
 
-def end_tidily() -> None:
+@contextlib.contextmanager
+def ending_tidily() -> Iterator[None]:
     """Let the first SIGTERM unwind the program, as an interrupt does; the second ends it at once.
 
-    Temporary files are then removed and worker processes ended; exit status 143.
+    Temporary files are then removed and worker processes ended; exit status 143. After the block
+    all is done: an exception in what Python still calls would be a traceback, so that either
+    signal then ends the process at once.
     """
     signal.signal(signal.SIGTERM, _unwind)
+    try:
+        yield
+    finally:
+        for number in (signal.SIGTERM, signal.SIGINT):
+            # What whoever began this wants ignored stays ignored.
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                signal.signal(number, signal.SIG_DFL)
 
 
 def _unwind(number: int, _frame: Any) -> None:
     signal.signal(number, signal.SIG_DFL)
-    if threading.main_thread().is_alive():
-        sys.exit(128 + number)
-    # All is done and Python is ending: an exception in what it still calls would be a traceback.
-    signal.raise_signal(number)
+    sys.exit(128 + number)
+
+
+@contextlib.contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Processes that are begun in the block never see an interrupt: who began them ends them.
+
+    One that comes meanwhile is this process's own after the block.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    former = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, former)
 
 
 @functools.cache

@@ -9,9 +9,10 @@ import socket
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
+from multiprocessing import resource_tracker
 from typing import Any, Protocol
 
-from drill_env._ending import end_with
+from drill_env._ending import end_with, uninterrupted
 from drill_env._errors import InputError, printable
 
 Task = Callable[[Any, Any], Any]
@@ -57,7 +58,11 @@ class Processes:
 
     def submit(self, task: Task, *arguments: Any) -> Future[Any]:
         """Begin a task; where a process died, in new ones."""
-        return self._executor().submit(_in_child, os.getpid(), task, *arguments)
+        # Where it is first needed, its start would let interrupts through again.
+        resource_tracker.ensure_running()
+        # A terminal's interrupt reaches them too, and while they import it would be a traceback.
+        with uninterrupted():
+            return self._executor().submit(task, *arguments)
 
     def stop(self, futures: Sequence[Future[Any]]) -> None:
         """End all processes."""
@@ -70,13 +75,10 @@ class Processes:
     def _executor(self) -> Any:
         from joblib.externals.loky import get_reusable_executor
 
-        return get_reusable_executor(max_workers=self._jobs)
-
-
-def _in_child(parent: int, task: Task, *arguments: Any) -> Any:
-    # Who was killed without a word cannot end its processes.
-    end_with(parent)
-    return task(*arguments)
+        # Who was killed without a word cannot end its processes.
+        return get_reusable_executor(
+            max_workers=self._jobs, initializer=end_with, initargs=(os.getpid(),)
+        )
 
 
 class Cluster:

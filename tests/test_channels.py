@@ -17,7 +17,7 @@ import pytest
 
 from benchmarks.rig_maker import make, quasi_random
 from drill_env import InputError, Rig
-from drill_env.cli.main import run
+from drill_env.cli.main import obey
 from drill_env.diagnosis.diagnose import diagnose
 from drill_env.diagnosis.offered import offered_effects
 from drill_env.diagnosis.options import DiagnosisOptions
@@ -259,7 +259,7 @@ def test_the_commands_take_the_folder(folder, capsys, monkeypatch):
     def ran(*words):
         monkeypatch.setattr("sys.argv", ["drill-env", *map(str, words)])
         with pytest.raises(SystemExit) as ended:
-            run()
+            obey()
         assert ended.value.code in (0, None)
         return json.loads(capsys.readouterr().out)
 

@@ -14,7 +14,7 @@ import pandas as pd
 import pytest
 
 from drill_env import Rig, load_rig
-from drill_env.cli.main import run
+from drill_env.cli.main import obey
 from drill_env.integrator import simulate
 
 COLUMNS = ["t", "u", "theta_u", "theta_l", "omega_u", "omega_l"]
@@ -235,7 +235,7 @@ def test_bad_input_is_one_line_and_exit_status_2(name, bad_folder, monkeypatch, 
     monkeypatch.chdir(bad_folder)
     monkeypatch.setattr(sys, "argv", ["drill-env", *args])
     with pytest.raises(SystemExit) as ended:
-        run()
+        obey()
     assert ended.value.code == 2
     out, err = capsys.readouterr()
     assert out == ""

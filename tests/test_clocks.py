@@ -218,8 +218,8 @@ BAD = {
     ),
     "delay": ('file = "top.csv"\ndelay = 3', "delay is no table; write delay = { theta_l"),
     "delay of t": ('file = "top.csv"\ndelay = { t = 3 }', "delay: unknown key t"),
-    "delay word": ('file = "top.csv"\ndelay = { u = "1" }', "delay.u is '1'; give seconds"),
-    "delay nan": ('file = "top.csv"\ndelay = { u = nan }', "delay.u is nan; give seconds"),
+    "delay word": ('file = "top.csv"\ndelay = { u = "1" }', "delay.u is '1': give a number"),
+    "delay nan": ('file = "top.csv"\ndelay = { u = nan }', "delay.u is nan: give a finite number"),
     "long delay": (
         'file = "top.csv"\ncolumns = { theta_u = "x", u = 0 }\ndelay = { theta_u = 1e300 }',
         "the delay of theta_u, 1e\\+300 s, is longer than the recording",

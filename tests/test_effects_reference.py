@@ -7,6 +7,8 @@ import pytest
 
 from benchmarks.effects_reference.effects import EFFECTS
 from benchmarks.effects_reference.settings import MOVING, Problem, entry
+from benchmarks.fuzz.draws import draw_moving
+from benchmarks.fuzz.truth import USUAL, apart, ours, possible
 from drill_env import Rig
 from drill_env.integrator import simulate
 
@@ -50,6 +52,17 @@ def test_twenty_seconds_agree(name):
 ])  # fmt: skip
 def test_several_at_once_agree(names):
     assert gap(names, 30.0) < 1e-7
+
+
+# Every law with its clamp, and with discs that stop and turn round.
+@pytest.mark.parametrize("number", [6, 8, 11, 24, 39])
+def test_random_rigs_of_every_law_agree(number):
+    """They do to what the steps' errors can become, which is little where nothing is magnified."""
+    case = draw_moving(61, number, 10.0)
+    gaps, bound = apart(case, USUAL), possible(case, USUAL)
+    assert len(ours(case, USUAL[0]).events) > 2
+    assert gaps.max() < 1e-8 and bound.max() < 1e-7
+    assert (gaps <= bound + 1e-13).all()
 
 
 @pytest.mark.parametrize("method", ["dop853", "dopri5"])

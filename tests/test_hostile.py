@@ -26,6 +26,7 @@ from drill_env.environment.env import DrillStringEnv
 from drill_env.identification.coordinates import Coordinates, inverse, solved
 from drill_env.parameters import dump_rig, load_rig
 from drill_env.recordings import (
+    Signal,
     apart,
     limits,
     parse_map,
@@ -386,6 +387,16 @@ def test_a_signal_without_end_is_one_error(text, message):
 def test_a_level_held_longer_than_the_signal_is_one_level():
     _, u = signal_samples(parse_signal("steps --dwell 1.7e308"))
     assert np.ptp(u) == 0.0 and np.isfinite(u).all()
+
+
+def test_a_seed_of_any_length_and_numbers_beyond_floats():
+    """A seed is a whole number and need not fit a float; every other number must."""
+    _, u = signal_samples(parse_signal(f"steps --seed {HUGE}"))
+    assert np.isfinite(u).all() and np.ptp(u) > 0.0
+    with pytest.raises(InputError, match="--seconds is inf: give a finite number"):
+        Signal("steps", seconds=int(HUGE))
+    with pytest.raises(InputError, match="--seed is 1.5: give a whole number"):
+        Signal("steps", seed=1.5)  # pyright: ignore[reportArgumentType]
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")

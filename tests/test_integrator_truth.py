@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.polynomial.legendre import leggauss
 from reference import DATA, PAPER, cases, solve
+from scipy.linalg import expm
 
 from drill_env._types import Method
 from drill_env.friction import lower_curve, lower_torque_set
@@ -73,6 +74,29 @@ def test_same_trajectory_and_events_as_the_reference(name: str) -> None:
 def test_long_run_bar_for_both_methods(method: Method) -> None:
     run = run_case("long", rtol=1e-11, method=method)
     assert np.abs(run.omega_l - STORED["long_state"][:, 2]).max() <= 1e-7
+
+
+def test_samples_inside_long_steps_are_as_good_as_their_ends() -> None:
+    """One disc settles in 4 ms, all else is slow; both turn, so that the exponential is exact."""
+    rig = Rig(
+        km=9.48, Ju=0.0108, Tsu=0.0034, dTsu=0.0, bu=2.64, dbu=0.0, Jl=0.103, ktheta=0.0215,
+        Tsl=0.0237, bl=0.1, friction="coulomb",
+    )  # fmt: skip
+    start, volts, t = np.array([1.0, 5.0, 6.0, 0.0]), 1.5, np.linspace(0.0, 10.0, 1001)
+    run = simulate(rig, volts, 10.0, t_eval=t, initial=start)
+    field = np.zeros((4, 4))
+    field[0, 1], field[0, 2] = 1.0, -1.0
+    field[1, [0, 1, 3]] = (
+        -rig.ktheta / rig.Ju,
+        -rig.bu / rig.Ju,
+        (rig.km * volts - rig.Tsu) / rig.Ju,
+    )
+    field[2, [0, 2, 3]] = rig.ktheta / rig.Jl, -rig.bl / rig.Jl, -rig.Tsl / rig.Jl
+    step, exact = expm(field * t[1]), np.tile(np.append(start[:3], 1.0), (len(t), 1))
+    for i in range(1, len(t)):
+        exact[i] = step @ exact[i - 1]
+    assert len(run.events) == 0 and run.steps < 700
+    assert np.abs(run.state - exact)[:, 1:3].max() < 1e-9
 
 
 def test_stored_reference_is_reproduced() -> None:

@@ -14,6 +14,7 @@ import pytest
 
 from benchmarks.fuzz import killed, left, places
 from benchmarks.fuzz.works import ROOT
+from drill_env._engine import Engine, run
 from drill_env.agents import load
 from drill_env.recordings import read_folder
 
@@ -76,16 +77,34 @@ def test_workers_end_with_who_started_them():
     assert not left.running(process.pid)
 
 
-def test_an_end_while_python_ends_is_silent():
+EXITS = ("atexit.register(send)", "threading.Thread(target=send).start()")
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+@pytest.mark.parametrize("waits", EXITS)
+def test_an_end_while_python_ends_is_silent(name, waits):
+    """At its exit functions, or where it waits for threads, as for those of its workers."""
     code = (
-        "import atexit, os, signal, time; from drill_env._ending import end_tidily; end_tidily(); "
-        "atexit.register(lambda: (os.kill(os.getpid(), signal.SIGTERM), time.sleep(60)))"
+        "import atexit, os, signal, threading, time; from drill_env._ending import ending_tidily\n"
+        f"def send(): time.sleep(0.3); os.kill(os.getpid(), signal.{name}); time.sleep(60)\n"
+        f"with ending_tidily(): {waits}"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], stderr=subprocess.PIPE, timeout=120, check=False,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )  # fmt: skip
-    assert (done.returncode, done.stderr) == (-signal.SIGTERM, b"")
+    assert (done.returncode, done.stderr) == (-getattr(signal, name), b"")
+
+
+def _blocked(_):
+    return signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
+def test_workers_leave_interrupts_to_who_started_them():
+    """A terminal sends one to all; in a worker that still imports it would be a traceback."""
+    assert all(signal.SIGINT in found for found in run(_blocked, range(4), Engine(jobs=2)))
+    assert signal.SIGINT not in _blocked(0)
 
 
 def test_one_agent_or_the_other(tmp_path):

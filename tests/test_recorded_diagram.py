@@ -12,7 +12,7 @@ import pytest
 from test_cli import drill
 
 from drill_env import InputError, Rig
-from drill_env.cli.main import run
+from drill_env.cli.main import obey
 from drill_env.continuation import bifurcation_diagram
 from drill_env.identification.recorded_diagram import recorded_points
 from drill_env.recordings import Recording, read_recording
@@ -154,7 +154,7 @@ def test_bad_input_names_the_remedy_in_one_line(options, remedy, tmp_path, monke
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.argv", ["drill-env", "bifurcation", *options, "--out=d"])
     with pytest.raises(SystemExit) as end:
-        run()
+        obey()
     out, err = capsys.readouterr()
     assert end.value.code == 2 and out == ""
     assert err.count("\n") == 1 and remedy in err

@@ -20,7 +20,7 @@ from typing import Annotated, Any
 
 import typer
 
-from drill_env._ending import end_tidily
+from drill_env._ending import ending_tidily
 from drill_env._engine import run
 from drill_env._errors import InputError
 from drill_env._files import make_folder, write_text
@@ -120,7 +120,6 @@ def main(
     first: Annotated[int, typer.Option(help="Only so many; 0 for all.")] = 0,
 ) -> None:
     """Diagnose the cases that are not done yet."""
-    end_tidily()
     folders = sorted(cases.glob("case-*"))[: first or None]
     try:
         make_folder(out)
@@ -140,4 +139,5 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    with ending_tidily():
+        typer.run(main)

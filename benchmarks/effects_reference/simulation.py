@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import expm1, tanh
 from typing import Any
 
 import numpy as np
@@ -16,9 +17,24 @@ Array = NDArray[np.float64]
 
 
 def lower_law(rig: Any, w: float) -> float:
-    """T_l at speed w >= 0, equation (7): 1 - 2/(1 + e^a) is tanh(a/2)."""
-    humps = rig.T1 * np.tanh(0.5 * rig.beta1 * w) + rig.T2 * np.tanh(0.5 * rig.beta2 * w)
-    return float(rig.Tsl + humps + rig.bl * w)
+    """T_l at speed w >= 0, equation (7), where 1 - 2/(1 + e^a) is tanh(a/2), or another law."""
+    bent = 0.0
+    if rig.friction == "humped":
+        bent = rig.T1 * tanh(0.5 * rig.beta1 * w) + rig.T2 * tanh(0.5 * rig.beta2 * w)
+    elif rig.friction == "stribeck":
+        # A step may reach far past zero before its event is located; no float holds e^1000.
+        bent = -rig.T1 * expm1(min(-rig.beta1 * w, 100.0))
+    return rig.Tsl + bent + rig.bl * w
+
+
+class Clamp(Effect):
+    """Friction that is never negative: what is frozen is the sign of the law at the own speed."""
+
+    def setup(self, q: dict[str, Any], start: Start) -> None:
+        self.rig = start.rig
+
+    def switches(self, v: View) -> list[float]:
+        return [lower_law(self.rig, v.speed_l)]
 
 
 class Simulation:
@@ -32,11 +48,13 @@ class Simulation:
         seconds: float,
         initial: Sequence[float],
     ) -> None:
-        if rig.friction != "humped" or rig.clamp or rig.inertias != 2:
-            raise ValueError("the reference knows the humped law, without clamp, of two discs")
+        if rig.inertias != 2 or (rig.clamp and any(q["id"] == "friction_lag" for q in effects)):
+            raise ValueError("the reference knows two discs, and no clamp where friction lags")
         self.rig, self.volts, self.seconds = rig, Volts(u), seconds
+        self.signs: list[list[int]] = []
         start = Start(rig, self.law, self.volts, initial, seconds)
-        self.effects: list[Effect] = [EFFECTS[q["id"]](q, start) for q in effects]
+        clamp: list[Effect] = [Clamp({}, start)] if rig.clamp else []
+        self.effects = [*clamp, *(EFFECTS[q["id"]](q, start) for q in effects)]
         self.places: list[slice] = []  # of the inner states of each effect
         state = [float(value) for value in initial]
         for effect in self.effects:
@@ -50,13 +68,14 @@ class Simulation:
         self.breaks = self.all_breaks()
         self.inside = 0.5 * (self.breaks[0] + self.breaks[1])
         self.modes = [int(np.sign(self.state[k])) for k in self.speeds]
-        self.signs: list[list[int]] = [[] for _ in self.effects]
+        self.signs = [[] for _ in self.effects]
         self.rest_since = 0.0
         self.first_modes()
 
     def law(self, w: float) -> float:
-        """T_l at speed w."""
-        return lower_law(self.rig, w)
+        """T_l at speed w, on the present side of the clamp."""
+        off = self.rig.clamp and self.signs and self.signs[0][0] < 0
+        return 0.0 if off else lower_law(self.rig, w)
 
     def all_breaks(self) -> list[float]:
         """Start, end and every time in between at which a formula changes."""

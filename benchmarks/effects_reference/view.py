@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -69,12 +70,10 @@ class Volts:
     def __init__(self, u: float | Sequence[tuple[float, float]], before: float = 0.0) -> None:
         steps = sorted(u) if isinstance(u, Sequence) else [(0.0, float(u))]
         self.steps = [(float(t), float(v)) for t, v in steps]
+        self._starts = [t for t, _ in self.steps]
 
     def __call__(self, t: float) -> float:
-        now = self.steps[0][1]
-        for start, volts in self.steps:
-            now = volts if start <= t else now
-        return now
+        return self.steps[max(bisect_right(self._starts, t) - 1, 0)][1]
 
 
 @dataclass

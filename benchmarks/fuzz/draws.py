@@ -12,10 +12,12 @@ from drill_env import Rig
 from drill_env._types import FloatArray, FrictionLaw
 from drill_env.effects import LIBRARY, Effect
 from drill_env.effects.declared import declared
-from drill_env.integrator import Voltage, as_voltage, sampled_voltage
+from drill_env.integrator import Voltage, as_voltage, sampled_voltage, simulate
 
 SECONDS = 10.0
 MOST_VOLTS = 5.0
+TURNS = 0.1
+"""Speed of a disc that moves, rad/s."""
 TABLES = (
     ("upper", "theta_u", "torque", 0.05), ("lower", "theta_l", "friction", 0.3),
     ("lower", "omega_l", "friction", 0.3), ("string", "twist", "stiffness", 0.3),
@@ -157,7 +159,9 @@ def draw_effects(
     return tuple(found)
 
 
-def draw_voltage(rng: np.random.Generator, rig: Rig) -> tuple[str, Voltage]:
+def draw_voltage(
+    rng: np.random.Generator, rig: Rig, seconds: float = SECONDS
+) -> tuple[str, Voltage]:
     sort = str(rng.choice(["zero", "constant", "steps", "sine", "reversing", "edge"]))
     level = float(rng.choice([0.05, 0.5, 2.0, 5.0]) * rng.choice([-1.0, 1.0]))
     hertz = logarithmic(rng, 0.05, 5.0)
@@ -170,12 +174,12 @@ def draw_voltage(rng: np.random.Generator, rig: Rig) -> tuple[str, Voltage]:
     elif sort == "sine":
         drive = lambda t: level * float(np.sin(2.0 * np.pi * hertz * t))  # noqa: E731
     else:
-        n = max(2, round(2.0 * hertz * SECONDS)) if sort == "reversing" else 20
+        n = max(2, round(2.0 * hertz * seconds)) if sort == "reversing" else 20
         volts = level * np.where(np.arange(n) % 2, -1.0, 1.0)
         if sort == "steps":
             volts = rng.uniform(-MOST_VOLTS, MOST_VOLTS, n) * rng.choice([0.0, 0.02, 1.0], n)
-        drive = sampled_voltage(np.arange(n) * SECONDS / n, volts, SECONDS)
-    return sort, as_voltage(drive, 0.0, SECONDS)
+        drive = sampled_voltage(np.arange(n) * seconds / n, volts, seconds)
+    return sort, as_voltage(drive, 0.0, seconds)
 
 
 def draw_case(
@@ -189,3 +193,21 @@ def draw_case(
     sort, voltage = draw_voltage(rng, rig)
     start = np.zeros(4) if rng.random() < 0.7 else rng.uniform(-4.0, 4.0, 4)
     return Case(number, rig, voltage, start, sort)
+
+
+def draw_moving(seed: int, number: int, seconds: float, name: str | None = None) -> Case:
+    """A case that turns, at voltages that only jump, with one effect or none."""
+    rng = np.random.default_rng([seed, number])
+    while True:
+        rig = draw_rig(rng)
+        if name is not None:
+            entry = {"id": name, **draw_numbers(rng, LIBRARY[name], rig, wide=False)}
+            # The reference clamps the law at the disc's own speed alone.
+            rig = rig.replace(effects=(entry,), clamp=rig.clamp and name != "friction_lag")
+        sort, voltage = draw_voltage(rng, rig, seconds)
+        start = np.zeros(4) if rng.random() < 0.7 else rng.uniform(-4.0, 4.0, 4)
+        if voltage.pieces.shape[1] > 1:
+            continue
+        run = simulate(rig, voltage, seconds, initial=start, rate=10.0)
+        if np.abs(run.state[1:, 1:3]).max() > TURNS:
+            return Case(number, rig, voltage, start, sort)

@@ -23,7 +23,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from benchmarks.fuzz.left import all_since, broken, contents, go_on, interrupted, leftovers, outputs
+from benchmarks.fuzz import left
 from benchmarks.fuzz.preloaded import Preloaded, Process
 from benchmarks.fuzz.works import ROOT, WORKS, Work, recordings
 from drill_env._files import make_folder
@@ -64,7 +64,7 @@ def cold(argv: Sequence[str], folder: Path, log: Path) -> Process:
         )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Trial:
     """A command under trial.
 
@@ -76,6 +76,7 @@ class Trial:
         begin: begins a command, given its folder and its log.
         begun: seconds after which an interrupt is the package's own.
         wanted: what a whole run leaves, by name.
+        last: the output that a whole run writes last, nothing where it has no end.
     """
 
     work: Work
@@ -85,6 +86,7 @@ class Trial:
     begin: Begin = cold
     begun: float = BEGUN
     wanted: Mapping[str, bytes] = field(default_factory=dict)
+    last: str = ""
 
     def start(self, out: Path, *more: str) -> Process:
         """Begin it."""
@@ -106,13 +108,13 @@ def finish(trial: Trial, out: Path, *more: str) -> float:
     began = time.time()
     status = trial.start(out, *more).wait(timeout=900)
     assert status == 0, f"exit status {status}: {trial.said()[-2000:]}"
-    return max(path.stat().st_mtime for path in outputs(out)) - began
+    return max(path.stat().st_mtime for path in left.outputs(out)) - began
 
 
 def kill(trial: Trial, moment: float, number: signal.Signals, whole: bool) -> None:
     """Run the command and end it after so many seconds, alone or with its whole group."""
     out, tally = trial.out, trial.tally
-    before, began = leftovers(out), time.time()
+    before, began = left.leftovers(out), time.time()
     process = trial.start(out)
     try:
         process.wait(timeout=moment)
@@ -131,17 +133,18 @@ def kill(trial: Trial, moment: float, number: signal.Signals, whole: bool) -> No
         tally.faults.append(f"{told}: has not ended in {PATIENCE} s")
     tally.sent[number.name] += 1
     tally.slowest = max(tally.slowest, time.perf_counter() - sent)
-    if go_on(process.pid):
+    if left.go_on(process.pid):
         if not (trial.work.lingers and number is signal.SIGKILL):
             tally.faults.append(f"{told}: processes of it go on")
         os.killpg(process.pid, signal.SIGKILL)
-    left = [path.name for path in leftovers(out) if path not in before]
-    tally.temporary += len(left)
-    faults = broken(out)
+    stayed = [path.name for path in left.leftovers(out) if path not in before]
+    tally.temporary += len(stayed)
+    faults = left.broken(out)
     if number is not signal.SIGKILL and moment > trial.begun:
-        late = number is signal.SIGINT or all_since(out, began, trial.wanted)
-        faults += interrupted(status, number, trial.said(), late=late)
-        faults += [f"leaves {name}" for name in left]
+        # What an earlier run has left may be kept: the last output alone tells that all is done.
+        late = number is signal.SIGINT or left.since(out / trial.last, began)
+        faults += left.interrupted(status, number, trial.said(), late=late)
+        faults += [f"leaves {name}" for name in stayed]
     tally.faults += [f"{told}: {fault}" for fault in faults]
 
 
@@ -158,7 +161,7 @@ def repeat(trial: Trial) -> None:
     except AssertionError as error:
         tally.faults.append(f"run again: {error}")
         return
-    found = contents(out)
+    found = left.contents(out)
     for name, content in trial.wanted.items():
         if found.get(name) != content:
             tally.faults.append(f"run again: {name} differs")
@@ -169,7 +172,7 @@ def undisturbed(trial: Trial, folder: Path) -> tuple[float, dict[str, bytes]]:
     pair = [folder / "a", folder / "b"]
     # The first may compile, and tells what is to be imported ahead.
     seconds = [finish(trial, each) for each in pair][1]
-    first, second = map(contents, pair)
+    first, second = map(left.contents, pair)
     assert sorted(first) == sorted(second) and first
     return seconds, {name: content for name, content in first.items() if second[name] == content}
 
@@ -188,7 +191,7 @@ def try_out(trial: Trial, kills: int, seed: int, every: int) -> Tally:
     seconds = 2.0
     if not trial.work.endless:
         seconds, wanted = undisturbed(trial, trial.inputs.parent)
-        trial = replace(trial, wanted=wanted)
+        trial = replace(trial, wanted=wanted, last=left.last(trial.inputs.parent / "b"))
     for _ in range(2 * kills):
         moment = float(rng.uniform(0.2 * trial.begun, max(1.02 * seconds, trial.begun)))
         number = SIGNALS[tally.sent.total() % 3]

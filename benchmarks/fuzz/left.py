@@ -7,7 +7,7 @@ import json
 import os
 import time
 import tomllib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -79,9 +79,15 @@ def go_on(group: int) -> bool:
     return running(group)
 
 
-def all_since(folder: Path, began: float, names: Iterable[str]) -> bool:
-    """Whether all of some files were written since then."""
-    return all((p := folder / n).is_file() and p.stat().st_mtime >= began for n in names)
+def last(folder: Path) -> str:
+    """The output that was written last, by its place in the folder."""
+    newest = max(outputs(folder), key=lambda path: path.stat().st_mtime_ns)
+    return str(newest.relative_to(folder))
+
+
+def since(path: Path, began: float) -> bool:
+    """Whether a file was written since then."""
+    return path.is_file() and path.stat().st_mtime >= began
 
 
 def interrupted(status: int, number: int, err: str, *, late: bool) -> list[str]:

@@ -25,16 +25,16 @@ RIG = Rig(clamp=True)
 WRITER = """
 import itertools, sys
 from pathlib import Path
-from drill_env._ending import end_tidily
+from drill_env._ending import ending_tidily
 from drill_env._files import write_texts
-end_tidily()
-try:
-    for k in itertools.count():
-        write_texts({Path(sys.argv[1]) / f"{name}.json": f'["{k % 2}"' + ', "x"' * 200_000 + ']'
-                     for name in "ab"})
-except KeyboardInterrupt:
-    print("interrupted", file=sys.stderr)
-    sys.exit(130)
+with ending_tidily():
+    try:
+        for k in itertools.count():
+            write_texts({Path(sys.argv[1]) / f"{name}.json": f'["{k % 2}"' + ', "x"' * 200_000 + ']'
+                         for name in "ab"})
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        sys.exit(130)
 """
 
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from drill_env import __version__, _compiling
-from drill_env._ending import end_tidily
+from drill_env._ending import ending_tidily
 from drill_env._errors import InputError, printable
 from drill_env.cli import recording_commands
 from drill_env.cli._common import SeveralHoldouts
@@ -70,12 +70,11 @@ def options(
         _compiling.observe(_compiling.Lines())
 
 
-def run() -> None:
-    """Entry point: bad input is one line on stderr and exit status 2."""
+def obey() -> None:
+    """Obey the command line: bad input is one line on stderr and exit status 2."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         # A path that is no UTF-8 is shown by its bytes.
         sys.stdout.reconfigure(errors="backslashreplace")
-    end_tidily()
     try:
         status = app(standalone_mode=False) or 0
         if status == _INTERRUPTED:
@@ -119,6 +118,12 @@ def _print_usage_error(error: Any) -> None:
     command = error.ctx.command_path if getattr(error, "ctx", None) else "drill-env"
     text = printable(" ".join(error.format_message().split()).rstrip("."))
     print(f"error: {text}; see {command} --help", file=sys.stderr)
+
+
+def run() -> None:
+    """Entry point of the program, which ends after it."""
+    with ending_tidily():
+        obey()
 
 
 if __name__ == "__main__":

@@ -12,10 +12,9 @@ from drill_env.recordings import Recording, RecordingWarning
 MOST_ROWS = 100_000
 """Rows that are read, of all recordings together.
 
-A row takes 13 kB, since every candidate's slopes are kept for it, and 1.3 ms of CPU (measured,
-2 000 to 20 000 rows): these are some 1.5 GB and two minutes. Evidence is half the rows times the
-squared ratio of an effect to white noise: with so many, a sixtieth of the noise has the 15 nats of
-a name.
+Every candidate's slopes are kept for each row: measured, these are 1.1 GB and 160 s of CPU.
+Evidence is half the rows times the squared ratio of an effect to white noise: with so many, a
+sixtieth of the noise has the 15 nats of a name.
 """
 
 

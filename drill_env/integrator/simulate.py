@@ -10,6 +10,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray, Method, VoltageFunction
+from drill_env.effects.declared import REACH
 from drill_env.friction import negative_range
 from drill_env.integrator._step_size import LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS
 from drill_env.integrator.advance import advance
@@ -97,9 +98,7 @@ def simulate(
     prepared = Prepared(rig, method, sensitivity)
     run = np.zeros(1, dtype=RUN)
     run["y"], run["t"], run["h"] = start, t_start, min(1e-3, seconds)
-    work = new_work(
-        rtol, atol, rig.natural_period / STEPS_PER_PERIOD, extrema=extrema, sensitivity=sensitivity
-    )
+    work = new_work(rtol, atol, _longest_step(rig), extrema=extrema, sensitivity=sensitivity)
     prepared.equip(work)
     prepared.start(run, work, float(drive(t_start)), modes, inner)
     # A stuck disc shrugs a small push off.
@@ -188,6 +187,12 @@ def _check(rig: Rig, seconds: float, rtol: float, atol: float, method: str) -> N
         raise InputError(f"rtol={rtol}, atol={atol}: give 1e-15 < rtol < 1 and atol > 0")
     if method not in METHODS:
         raise InputError(f"method is {method!r}: give one of {', '.join(METHODS)}")
+
+
+def _longest_step(rig: Rig) -> float:
+    """Contacts must not hide between steps, nor samples inside a step err more than its end."""
+    short = rig.natural_period / STEPS_PER_PERIOD
+    return min(short, REACH / rig.viscous_rate) if rig.viscous_rate > 0.0 else short
 
 
 def _sample_times(

@@ -140,6 +140,12 @@ class Rig:
         """Period 2 pi sqrt(Jl/ktheta) (s) of the lower disc on the string, inf for one inertia."""
         return 2.0 * math.pi * math.sqrt(self.Jl / self.ktheta) if self.ktheta > 0 else math.inf
 
+    @property
+    def viscous_rate(self) -> float:
+        """Fastest rate (1/s) at which viscous friction alone slows a disc at any speed."""
+        lower = 0.0 if self.inertias == 1 else self.bl / self.Jl
+        return max((self.bu + abs(self.dbu)) / self.Ju, lower)
+
 
 SYMBOLS: tuple[str, ...] = NAMES
 """The fourteen physical parameters, in the order of the sensitivities' columns."""

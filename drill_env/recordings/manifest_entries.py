@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import datetime as dt
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, cast, get_args
 
+from drill_env._checks import real
 from drill_env._documents import read_toml
 from drill_env._errors import InputError
 from drill_env.recordings.columns import (
@@ -216,8 +216,7 @@ def _check_delay(where: str, delay: Any) -> None:
         raise InputError(f"{where}: delay is no table; write delay = {{ theta_l = 0.004 }}")
     _check_keys(f"{where}: delay", delay, CHANNELS[1:])
     for channel, seconds in delay.items():
-        if type(seconds) not in (int, float) or not math.isfinite(seconds):
-            raise InputError(f"{where}: delay.{channel} is {seconds!r}; give seconds")
+        real(seconds, f"{where}: delay.{channel}")
 
 
 def _check_choice(where: str, key: str, value: Any, known: tuple[str, ...]) -> None:

@@ -9,6 +9,7 @@ from typing import Literal, TypeAlias, cast, get_args
 
 import numpy as np
 
+from drill_env._checks import real, whole
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 
@@ -209,8 +210,10 @@ def _validate(signal: Signal) -> None:
         raise InputError(f"signal kind is {name!r}: give one of {', '.join(SIGNAL_KINDS)}")
     for entry in fields(signal)[1:]:
         value, option = getattr(signal, entry.name), f"--{entry.name.replace('_', '-')}"
-        if value is not None and not math.isfinite(value):
-            raise InputError(f"signal {name}: {option} is {value}: give a finite number")
+        if entry.name == "seed":
+            whole(value, f"signal {name}: {option}", 0)
+        elif value is not None:
+            real(value, f"signal {name}: {option}")
         if value != entry.default and entry.name not in (*_COMMON, *_USED[name]):
             used = ", ".join(f"--{n.replace('_', '-')}" for n in (*_COMMON[1:], *_USED[name]))
             raise InputError(f"signal {name} has no {option}; it takes {used}")
@@ -220,7 +223,7 @@ def _validate(signal: Signal) -> None:
 def _check_ranges(signal: Signal) -> None:
     name = signal.kind
     above_zero = ("seconds", "rate", "limit", "dwell", "frequency")
-    for key in (*above_zero, "smoothing", "frequency_end", "seed"):
+    for key in (*above_zero, "smoothing", "frequency_end"):
         value = getattr(signal, key)
         if value is not None and (value < 0 or (value == 0 and key in above_zero)):
             wanted = "greater than 0" if key in above_zero else "0 or greater"
