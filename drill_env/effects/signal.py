@@ -75,6 +75,7 @@ ENTRY = np.dtype(
         ("reads_law", "i8"),  # whether it reads the lower disc's own friction
         ("moves_law", "i8"),  # whether it has the lower law read at another speed
         ("drives", "i8"),  # whether it puts a motor of its own between voltage and disc
+        ("paced", "i8"),  # whether the motion sets how fast its inner states relax
         ("upper", "i8"),  # whether it acts on the upper disc alone
         ("states", "i8"),
         ("switches", "i8"),

@@ -7,6 +7,7 @@ it as a disc's stick or slip does.
 
 from drill_env._jit import inlined, kernel, unit
 from drill_env.dynamics.kernels import ROUNDING
+from drill_env.effects.pace import fastest_rate
 from drill_env.effects.signal import clear_ports, entry_at, respond
 from drill_env.friction.kernels import lower_size, lower_sliding, upper_sliding
 from drill_env.integrator._resting import choose_push, keep_held, keep_side, settle_sides
@@ -165,6 +166,22 @@ def stage_with_effects(p, run, work, tab, h, i, u):
             rise += tab.a[i, j] * work.kz[j, r]
         work.zs[i, r] = work.zs[0, r] + h * rise
     call_rates(tab.rates, p, run, work, i, run.t + tab.c[i] * h, u)
+    if i == 0 or i == tab.stages:
+        work.pace[min(i, 1)] = fastest_of_all(p, work)
+
+
+@kernel
+def fastest_of_all(p, work):
+    """Fastest rate (1/s) at which an inner state relaxes in the signal at hand.
+
+    Of the effects in which the motion sets it: the others hold `max_step`.
+    """
+    fastest = 0.0
+    for i in range(work.acting):
+        e = entry_at(work.effects, i)
+        if e.paced:
+            fastest = max(fastest, fastest_rate(p, e, work.signal, work.ports, work.z_slopes))
+    return fastest
 
 
 @unit(GAP)

@@ -166,6 +166,7 @@ def keep_inner(run, work, last):
     for r in range(work.inner):
         run.z[r] = work.zs[0, r] = work.zs[last, r]
         work.kz[0, r] = work.kz[last, r]
+    work.pace[0] = work.pace[1]
     for j in range(3 + work.switches):
         work.gaps[0, j] = work.gaps[last, j]
     if work.asked == last:
