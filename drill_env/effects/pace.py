@@ -16,7 +16,6 @@ MOVE = 1e-6
 """Share of an inner state by which it is moved to see what its rate does."""
 
 
-
 @kernel
 def fastest_rate(p, e, s, out, slopes):
     """Largest rate (1/s) at which the inner states relax or ring in the signal at hand."""

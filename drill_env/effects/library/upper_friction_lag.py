@@ -4,7 +4,8 @@ from drill_env._jit import kernel
 from drill_env.effects._effect import HEAVIEST, Effect, amplitude, shape
 from drill_env.effects.signal import RESTING, clipped, response
 
-# Of the lagging torque, where nothing else holds the disc: its share of that is not told then.
+# Of the lagging torque, which holds a disc at rest where all else holds it by less: the share of
+# nothing is not told.
 _LEAST = 0.01
 
 
@@ -17,7 +18,9 @@ def held_share(p, e, s, out, torque):
     motor = out.drive * p.km * (s.u + out.volts) + out.torque_u + s.other_u
     pull = motor - s.pull - out.string - p.dTsu * (1.0 + out.scale_u) - torque * e.z[0]
     level = p.Tsu * (1.0 + out.scale_u) + out.size_u - torque
-    level = level if level.real > _LEAST * torque.real else _LEAST * torque
+    if level.real < _LEAST * torque.real:
+        out.size_u += _LEAST * torque - level
+        level = _LEAST * torque
     held = clipped(e, s, 0, pull, -level, level)
     return held / level if level.real > 0.0 else 0.0 * held
 
