@@ -179,6 +179,14 @@ def test_samples_between_steps_are_as_good_as_steps_where_a_body_settles_quickly
     assert run.inner == pytest.approx(truth.y[3:].T, abs=1e-7)
 
 
+def test_a_disc_that_the_located_moment_leaves_short_of_rest_is_not_put_to_rest_there() -> None:
+    """Case 745 of seed 39, wide: a grip that the try met at its end told the wrong moment."""
+    case = draw_case(39, 745, wide=True)
+    assert [e["id"] for e in case.rig.effects][1:] == ["string_play", "lower_gaussian_stribeck"]
+    found = verdict(case)
+    assert found["fault"] == "", found
+
+
 def test_samples_where_a_memory_fades_with_the_way_gone() -> None:
     """Case 1580 of seed 38, wide: while the twist rises, the memory is a function of it."""
     rig, width = Rig(friction="coulomb", Tsl=1.0, T1=0.0, T2=0.0, Ju=0.05), 0.005

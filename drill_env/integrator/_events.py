@@ -1,5 +1,7 @@
 """Compiled event functions over a step and the location of their first zero."""
 
+from math import inf
+
 from drill_env._jit import inlined, kernel
 from drill_env.dynamics.kernels import clamp_event, lower_event, upper_event
 from drill_env.integrator._step import dense_at, inner_dense
@@ -191,9 +193,9 @@ def first_share(which, p, run, work, tab, h):
 
 @kernel
 def polish(which, p, run, work, tab, h, limit):
-    """Step length at which the event function vanishes, by Newton on whole steps; its error.
+    """Step length at which the event function vanishes, by Newton on whole steps.
 
-    Leaves the stages of the step to the event behind.
+    Returns it, its error, and what the function is at its end, whose stages are left behind.
     """
     last, whole = tab.stages, limit
     judged = work.acting != 0 and (
@@ -209,11 +211,11 @@ def polish(which, p, run, work, tab, h, limit):
         error = call_step(tab.step, p, run, work, tab, h)
         if judged:
             value = work.gaps[last, which]
-            # The stages must be those of the step that is returned.
-            if attempt == 3:
-                break
         else:
             value, slope = stage_event(which, p, run, work, last, run.t + h)
+        # The stages must be those of the step that is returned.
+        if attempt == 3:
+            break
         # A graze has no slope to divide by; the dense root is then kept.
         if slope >= 0.0 or abs(value) <= work.event_tol or abs(value) > 0.1 * h * abs(slope):
             break
@@ -221,7 +223,7 @@ def polish(which, p, run, work, tab, h, limit):
         if abs(new - h) <= 1e-15 * (1.0 + abs(run.t)):
             break
         h = new
-    return h, error
+    return h, error, value
 
 
 @kernel
@@ -245,9 +247,11 @@ def first_event(p, run, work, tab, h):
         return which, h, 0.0
     if share == 0.0:
         return which, 0.0, 0.0
-    h, error = polish(which, p, run, work, tab, share * h, h)
+    h, error, value = polish(which, p, run, work, tab, share * h, h)
     moves = h > 1e-12 * (1.0 + abs(run.t))
-    if which > LOWER_LAW and moves and work.gaps[tab.stages, which] > CLOSED:
+    slips = work.acting != 0 and which < LOWER_LAW and run.mode[which] != 0
+    if (which > LOWER_LAW or slips) and moves and value > CLOSED:
         # Only the dense output closes it, which errs by more than the step.
         return -1, h, error
-    return which, h, error
+    # What passes rest unseen, as a grip there may be, asks for a shorter step.
+    return which, h, inf if slips and value < -CLOSED else error
