@@ -8,12 +8,14 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
+from numba.core.errors import NumbaError
 
 from drill_env._checks import real
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.effects import LIBRARY, Effect
 from drill_env.effects._effect import SIDES, reads
+from drill_env.effects._table import tabulated
 from drill_env.effects._table_entry import table_entry
 from drill_env.effects.pace import REACH, slopes_when
 from drill_env.effects.signal import (
@@ -22,6 +24,7 @@ from drill_env.effects.signal import (
     MOST_INNER,
     MOST_STATES,
     PORTS,
+    RESPOND_SLOPES,
     SIGNAL,
 )
 from drill_env.friction import kernel_record
@@ -59,7 +62,15 @@ class Declared:
     @property
     def acts(self) -> bool:
         """Whether any effect enters the motion or has an inner state."""
-        return bool((self.entries["idle"] == 0).any())
+        return len(self._acting) > 0
+
+    @property
+    def _acting(self) -> np.ndarray:
+        return self.entries[self.entries["idle"] == 0]
+
+    @property
+    def _late(self) -> np.ndarray:
+        return self.entries[(self.entries["delayed"] == 1) & (self.entries["senses"] == 0)]
 
     @property
     def restless(self) -> int:
@@ -67,25 +78,22 @@ class Declared:
 
         0: nothing; 1: inner states, until their rates are zero; 2: an effect that reads a clock.
         """
-        acting = self.entries[self.entries["idle"] == 0]
-        return 2 if acting["timed"].any() else int(self.inner > 0)
+        return 2 if self._acting["timed"].any() else int(self.inner > 0)
 
     @property
     def wants_own_law(self) -> bool:
         """Whether the lower disc's friction is that of its own speed, or an effect reads that."""
-        acting = self.entries[self.entries["idle"] == 0]
-        return bool(acting["reads_law"].any()) or not acting["moves_law"].any()
+        return bool(self._acting["reads_law"].any()) or not self._acting["moves_law"].any()
 
     @property
     def reads_past(self) -> bool:
         """Whether an effect reads the voltage late."""
-        return bool(((self.entries["delayed"] == 1) & (self.entries["senses"] == 0)).any())
+        return len(self._late) > 0
 
     @property
     def delay(self) -> float:
         """By how much the voltage acts late, s."""
-        late = self.entries[(self.entries["delayed"] == 1) & (self.entries["senses"] == 0)]
-        return float(late["delay"].sum())
+        return float(self._late["delay"].sum())
 
     @property
     def longest_step(self) -> float:
@@ -151,6 +159,22 @@ def bundled(effects: Sequence[tuple[Effect, FloatArray]]) -> Declared:
     return _laid_out([_entry(effect, numbers) for effect, numbers in effects])
 
 
+def slope_code(name: str) -> int:
+    """What compiled code calls an effect by in complex arithmetic, for exact derivatives.
+
+    Raises:
+        InputError: its function cannot be compiled so.
+    """
+    kernel = tabulated if name == "table" else LIBRARY[name].kernel
+    try:
+        return int(kernel.address_for(RESPOND_SLOPES))
+    except NumbaError as error:
+        raise InputError(
+            f"sensitivity is not offered with effect {name}: its function cannot be evaluated in "
+            "complex arithmetic; take cos, exp and the like from numpy and compare real parts"
+        ) from error
+
+
 def _laid_out(rows: Sequence[_Row]) -> Declared:
     # A drive takes the voltage that the others of the motor leave; some look at all the others.
     order = tuple(sorted(range(len(rows)), key=lambda place: rows[place][0]))
@@ -167,7 +191,7 @@ def _laid_out(rows: Sequence[_Row]) -> Declared:
             f"the effects have {found.inner} inner states and {found.switches} switches together, "
             f"more than {MOST_INNER} and {MOST_BRANCHES}: leave some out"
         )
-    if np.count_nonzero((entries["delayed"] == 1) & (entries["senses"] == 0)) > 1:
+    if len(found._late) > 1:
         raise InputError("the voltage is delayed by two effects: give one with the whole delay")
     if np.count_nonzero(entries["drives"]) > 1:
         raise InputError("the motor is put behind two gears by two effects: leave one out")

@@ -11,10 +11,7 @@ SIGNAL = np.dtype(
     [
         ("first", "i8"),  # 1 where the inner states take their first values
         ("choose", "i8"),  # 1 where branches follow their functions at once
-        (
-            "settle",
-            "i8",
-        ),  # 1 where a switch has just closed: what it brings to rest may be put there
+        ("settle", "i8"),  # 1 where a switch has just closed: it may put to rest what it ends
         ("rest_u", "i8"),  # whether the disc sticks
         ("rest_l", "i8"),
         ("t", "f8"),  # since the start, s

@@ -1,11 +1,14 @@
 """Between the voltage that is asked for and the motor."""
 
+from functools import partial
+
 from drill_env.effects._effect import amplitude, effect, shape
 from drill_env.effects.signal import at_start, clipped, size_of
 
+actuator = partial(effect, "actuator")
 
-@effect(
-    "actuator",
+
+@actuator(
     "voltage",
     "The motor's torque follows the voltage with a lag.",
     shape(
@@ -26,8 +29,7 @@ def actuator_lag(p, e, s, out):
     e.rate[0] = (s.u - e.z[0]) / e.q[0]
 
 
-@effect(
-    "actuator",
+@actuator(
     "voltage",
     "The amplifier ignores small voltages.",
     shape(
@@ -47,8 +49,7 @@ _LEVELS = (
 )  # fmt: skip
 
 
-@effect(
-    "actuator",
+@actuator(
     "voltage",
     "The amplifier delivers no more than a limit.",
     shape("level", "V", _LEVELS, low=0.05, high=100.0),
@@ -60,8 +61,7 @@ def amplifier_saturation(p, e, s, out):
     out.volts += clipped(e, s, 0, s.u, -e.q[0], e.q[0]) - s.u
 
 
-@effect(
-    "actuator",
+@actuator(
     "voltage",
     "The drive limits its current, and the motor's torque with it.",
     shape("level", "V", (0.6, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5), low=0.02, high=200.0),
@@ -75,8 +75,7 @@ def current_limit(p, e, s, out):
     out.volts += clipped(e, s, 0, left, -e.q[0], e.q[0]) - left
 
 
-@effect(
-    "actuator",
+@actuator(
     "voltage",
     "The drive is stronger in one direction.",
     amplitude("asymmetry", "1", 0.02, most=0.9),
@@ -88,8 +87,7 @@ def gain_asymmetry(p, e, s, out):
     out.volts += e.q[0] * size_of(e, s, 0, s.u)
 
 
-@effect(
-    "actuator",
+@actuator(
     "voltage",
     "The voltage acts late.",
     shape(
@@ -117,8 +115,7 @@ _REACHED = 1e-9
 _SOON = 5e-3
 
 
-@effect(
-    "actuator",
+@actuator(
     "voltage",
     "The amplifier changes its voltage no faster than a limit.",
     shape(
@@ -160,8 +157,7 @@ def slew_limit(p, e, s, out):
         e.next[0] = 1 if (gap.real > 0.0 if jumped else rising) else -1
 
 
-@effect(
-    "actuator",
+@actuator(
     "voltage",
     "The drive gives way little by little as it comes to its limit, as iron saturates.",
     shape("level", "V", (1.0, 2.0, 3.0, 4.0, 5.0), low=0.05, high=1000.0),
@@ -178,8 +174,7 @@ def soft_saturation(p, e, s, out):
         out.volts += s.u / (1.0 + size ** (1.0 / e.q[1])) ** e.q[1] - s.u
 
 
-@effect(
-    "actuator",
+@actuator(
     "voltage",
     "The supply gives way under load.",
     amplitude("sag", "1/V", 0.01, most=0.19, signed=False),

@@ -1,13 +1,37 @@
 """Friction of the lower disc by its speed and its past."""
 
+from functools import partial
+
 from numpy import cos, exp, log
 
+from drill_env._jit import kernel
 from drill_env.effects._effect import HEAVIEST, amplitude, effect, phase, shape
-from drill_env.effects._yield import give_way
+from drill_env.effects.signal import branch
+
+lower = partial(effect, "lower")
+
+# What is left of yielding below this is none: under the tolerance of any step that a rig's motion
+# needs, while steps that followed it on would stay as short as the yielding once was.
+_NONE_LEFT = 1e-10
 
 
-@effect(
-    "lower",
+@kernel
+def give_way(e, s, rest, omega, side, distance):
+    """Rate of what has yielded, `e.z[0]`, a share from -1 to 1: omega (1 - side z)/distance."""
+    if rest:
+        e.rate[0] = 0.0 * omega
+        return
+    left = 1.0 - side * e.z[0]
+    if branch(e, s, 0, _NONE_LEFT - left) > 0:
+        e.rate[0] = 0.0 * omega
+        # The switch that closes may be another effect's, where the disc has just turned back.
+        if s.settle and left.real < 10.0 * _NONE_LEFT:
+            e.z[0] = side
+    else:
+        e.rate[0] = omega * left / distance
+
+
+@lower(
     "theta_l",
     "The brake disc is not flat: friction changes with its angle.",
     amplitude("runout", "1", 0.05, most=0.99, signed=False),
@@ -21,8 +45,7 @@ def brake_runout(p, e, s, out):
     out.scale_l += e.q[0] * cos(e.q[2] * s.theta_l + e.q[1])
 
 
-@effect(
-    "lower",
+@lower(
     "dwell time",
     "The brake sticks harder the longer it rests.",
     amplitude("torque", "Nm", 0.003, most=HEAVIEST, signed=False),
@@ -38,8 +61,7 @@ def dwell_stiction(p, e, s, out):
         out.size_l += e.q[0] * (1.0 - exp(-s.dwell_l / e.q[1]))
 
 
-@effect(
-    "lower",
+@lower(
     "omega_l",
     "The brake's torque follows the speed late.",
     shape(
@@ -58,8 +80,7 @@ def friction_lag(p, e, s, out):
     e.rate[0] = (s.speed_l - e.z[0]) / e.q[0]
 
 
-@effect(
-    "lower",
+@lower(
     "omega_l",
     "The brake rubs harder in one direction.",
     amplitude("asymmetry", "1", 0.02, most=0.95),
@@ -70,8 +91,7 @@ def lower_asymmetry(p, e, s, out):
     out.scale_l += e.q[0] * s.side_l
 
 
-@effect(
-    "lower",
+@lower(
     "omega_l",
     "The brake grips harder near rest, and gives way with the square of speed.",
     amplitude("torque", "Nm", 0.001, most=HEAVIEST, signed=False),
@@ -86,8 +106,7 @@ def lower_gaussian_stribeck(p, e, s, out):
     out.size_l += e.q[0] * exp(-share * share)
 
 
-@effect(
-    "lower",
+@lower(
     "omega_l",
     "The brake grips harder near rest than the law says.",
     amplitude("torque", "Nm", 0.001, most=HEAVIEST, signed=False),
@@ -101,8 +120,7 @@ def lower_stribeck(p, e, s, out):
     out.size_l += e.q[0] * exp(-s.speed_l / e.q[1])
 
 
-@effect(
-    "lower",
+@lower(
     "theta_l",
     "The brake yields elastically before it slides (Dahl).",
     shape("distance", "rad", (0.005, 0.01, 0.02, 0.04, 0.08, 0.15, 0.3), low=0.0002, high=3.0),
@@ -126,8 +144,7 @@ def presliding(p, e, s, out):
 _AT_REST = 0.05
 
 
-@effect(
-    "lower",
+@lower(
     "omega_l",
     "The brake remembers how long it has been in contact (rate and state).",
     amplitude("torque", "Nm", 0.001, most=HEAVIEST, signed=False),

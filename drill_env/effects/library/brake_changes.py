@@ -1,13 +1,16 @@
 """Friction of the lower disc that changes as the run goes on."""
 
+from functools import partial
+
 from numpy import exp
 
 from drill_env.effects._effect import EffectParameter, amplitude, effect, shape
 from drill_env.effects.signal import branch
 
+lower = partial(effect, "lower")
 
-@effect(
-    "lower",
+
+@lower(
     "time",
     "The brake's friction drifts (it dries).",
     amplitude("drift", "1/min", 0.05, most=3.0),
@@ -19,8 +22,7 @@ def friction_drift(p, e, s, out):
     out.scale_l += e.q[0] * s.t / 60.0
 
 
-@effect(
-    "lower",
+@lower(
     "time",
     "The brake's friction falls as it warms.",
     amplitude("loss", "1", 0.05, most=0.95, signed=False),
@@ -36,8 +38,7 @@ def friction_heating(p, e, s, out):
     e.rate[0] = (s.friction_l * s.speed_l / 0.5 - e.z[0]) / e.q[1]
 
 
-@effect(
-    "lower",
+@lower(
     "time",
     "The brake's friction falls, or grows, after the start and settles.",
     # Friction may grow to several times its size, but not fall below nothing.
@@ -52,8 +53,7 @@ def friction_settling(p, e, s, out):
     out.scale_l -= e.q[0] * (1.0 - exp(-s.t / e.q[1]))
 
 
-@effect(
-    "lower",
+@lower(
     "time",
     "The brake's friction changes at one moment.",
     amplitude("step", "1", 0.05, most=3.0),
@@ -69,8 +69,7 @@ def friction_step(p, e, s, out):
         out.scale_l += e.q[0]
 
 
-@effect(
-    "lower",
+@lower(
     "distance",
     "The brake wears with the way it has gone.",
     amplitude("loss", "1", 0.05, most=0.95),

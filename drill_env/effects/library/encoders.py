@@ -1,13 +1,16 @@
 """Errors of the encoders of both discs."""
 
+from functools import partial
+
 from numpy import cos
 
 from drill_env.effects._effect import amplitude, effect, phase, shape
 from drill_env.effects.signal import branch
 
+sensor = partial(effect, "sensor")
 
-@effect(
-    "sensor",
+
+@sensor(
     "omega_l",
     "The lower encoder reports late.",
     shape("delay", "s", (0.01, 0.02, 0.03, 0.05, 0.08, 0.12), low=0.0, high=0.5),
@@ -20,8 +23,7 @@ def encoder_delay_lower(p, e, s, out):
     out.angle_l += e.theta_l_late - s.theta_l
 
 
-@effect(
-    "sensor",
+@sensor(
     "omega_u",
     "The upper encoder reports late.",
     shape("delay", "s", (0.01, 0.02, 0.03, 0.05, 0.08, 0.12), low=0.0, high=0.5),
@@ -34,8 +36,7 @@ def encoder_delay_upper(p, e, s, out):
     out.angle_u += e.theta_u_late - s.theta_u
 
 
-@effect(
-    "sensor",
+@sensor(
     "theta_l",
     "The lower encoder's disc is off centre.",
     amplitude("error", "rad", 0.003, most=0.5, signed=False),
@@ -48,8 +49,7 @@ def encoder_eccentricity_lower(p, e, s, out):
     out.angle_l += e.q[0] * cos(s.theta_l + e.q[1])
 
 
-@effect(
-    "sensor",
+@sensor(
     "theta_u",
     "The upper encoder's disc is off centre.",
     amplitude("error", "rad", 0.003, most=0.5, signed=False),
@@ -62,8 +62,7 @@ def encoder_eccentricity_upper(p, e, s, out):
     out.angle_u += e.q[0] * cos(s.theta_u + e.q[1])
 
 
-@effect(
-    "sensor",
+@sensor(
     "theta_l",
     "The lower encoder's counts per revolution are wrong.",
     amplitude("error", "1", 0.001, most=0.5),
@@ -75,8 +74,7 @@ def encoder_gain_lower(p, e, s, out):
     out.angle_l += e.q[0] * s.theta_l
 
 
-@effect(
-    "sensor",
+@sensor(
     "omega_l",
     "The lower encoder loses counts when it turns fast.",
     amplitude("share", "1", 0.001, most=0.5, signed=False),
@@ -95,8 +93,7 @@ def missed_counts_lower(p, e, s, out):
     out.angle_l -= e.q[0] * e.z[0]
 
 
-@effect(
-    "sensor",
+@sensor(
     "omega_u",
     "The upper encoder loses counts when it turns fast.",
     amplitude("share", "1", 0.001, most=0.5, signed=False),

@@ -1,13 +1,106 @@
 """Between the motor and the upper disc."""
 
+from functools import partial
+from math import pi
+
 from numpy import cos
 
-from drill_env.effects._drive import DAMPING, FRICTION_SHARE, MOTOR_SHARE, drive_through, wind
+from drill_env._jit import kernel
 from drill_env.effects._effect import amplitude, effect, phase, shape
+from drill_env.effects.signal import branch
+from drill_env.friction.kernels import upper_sliding
+
+upper = partial(effect, "upper")
+
+MOTOR_SHARE = shape("motor_share", "1", (0.1, 0.25, 0.5), low=0.01, high=0.95, form=0.25)
+"""Of the upper disc's inertia. Only where the disc is released and held does it show."""
+
+FRICTION_SHARE = shape("friction_share", "1", (0.05, 1.0), low=0.01, high=1.0, form=0.5)
+"""Of the drive's friction that sits at the motor and not at the disc: rigs differ."""
+
+# Forms as found on development and opened cases of the proof's maker: what is told by the moments
+# at which a disc is released, held or met by the other flank of a tooth is told badly.
+DAMPING = shape("damping", "1", (0.07,), low=0.002, high=2.0, form=0.15)
+"""Of the gear's ringing, as a share of critical."""
 
 
-@effect(
-    "upper",
+@kernel
+def wind(p, e, s, share, frequency, damping, gap):
+    """Torque (Nm) that the gear hands on.
+
+    e.z[0] is the motor's angle ahead of the disc, e.z[1] its speed. `frequency` (Hz) is that of
+    the motor against the disc: recordings tell it, and hardly the stiffness and the motor's
+    `share` of the inertia that it comes from. `damping` is a share of critical, `gap` the play in
+    rad.
+    """
+    if s.first:
+        e.z[0], e.z[1] = 0.0, s.omega_u
+    reduced = share * p.Ju * (1.0 - share)
+    stiffness = (2.0 * pi * frequency) ** 2 * reduced
+    loss = 4.0 * pi * damping * frequency * reduced
+    slip = e.z[1] - s.omega_u
+    if gap == 0.0:
+        return stiffness * e.z[0] + loss * slip
+    for side in range(2):
+        towards = 1.0 - 2.0 * side
+        wound = towards * e.z[0] - 0.5 * gap
+        push = stiffness * wound + loss * towards * slip
+        meets, pushes = branch(e, s, 1 + side, wound), 1
+        # Teeth push and never pull; on which side of that they are matters in contact alone.
+        if meets > 0:
+            pushes = branch(e, s, 3, push)
+        if meets > 0 and pushes > 0:
+            return towards * push
+        if meets > 0:
+            return 0.0
+    return 0.0
+
+
+@kernel
+def choose_motor(e, s, ahead, held):
+    """Direction of the motor where no event tells it: it stops where it passes rest and is held."""
+    speed = e.z[1].real
+    if s.first:
+        e.side[0] = 1 if speed > 0.0 else (-1 if speed < 0.0 else 0)
+    if e.side[0] * speed <= 0.0:
+        if held.real >= 0.0:
+            e.side[0] = 0
+            e.z[1] = 0.0
+        else:
+            e.side[0] = ahead if speed == 0.0 or e.side[0] == 0 else (1 if speed > 0.0 else -1)
+
+
+@kernel
+def turn_motor(p, e, s, out, share, torque, at_motor):
+    """Rates of the motor's angle and speed; its share of the friction holds it like a disc's."""
+    push = p.km * (s.u + out.volts) - torque
+    ahead = 1 if push.real >= 0.0 else -1
+    held = at_motor * ahead * upper_sliding(p, ahead, 0.0) - ahead * push
+    if s.choose:
+        choose_motor(e, s, ahead, held)
+    side = e.side[0]
+    e.rate[0] = e.z[1] - s.omega_u
+    if side != 0:
+        e.gap[0], e.next[0] = side * e.z[1], 0
+        left = push - at_motor * upper_sliding(p, side, e.z[1])
+        e.rate[1] = left / (share * p.Ju)
+    else:
+        e.gap[0], e.next[0], e.rate[1] = held, ahead, 0.0
+        if s.settle:
+            e.z[1] = 0.0
+
+
+@kernel
+def drive_through(p, e, s, out, share, torque, at_motor):
+    """The motor behind its gear takes the place of the voltage's torque on the disc."""
+    turn_motor(p, e, s, out, share, torque, at_motor)
+    out.drive = 0.0
+    out.torque_u += torque
+    out.scale_u -= at_motor
+    out.inertia_u -= share * p.Ju
+
+
+@upper(
     "voltage",
     "The drive has play: the motor moves free for a while.",
     shape(
@@ -37,8 +130,7 @@ def gear_backlash(p, e, s, out):
     drive_through(p, e, s, out, e.q[1], torque, e.q[3])
 
 
-@effect(
-    "upper",
+@upper(
     "voltage",
     "The drive's gear is springy.",
     shape(
@@ -66,8 +158,7 @@ def gear_compliance(p, e, s, out):
     drive_through(p, e, s, out, e.q[1], torque, e.q[2])
 
 
-@effect(
-    "upper",
+@upper(
     "theta_u",
     "A gear runs out of true: the drive's torque varies once a turn.",
     amplitude("eccentricity", "1", 0.02, most=1.0, signed=False),

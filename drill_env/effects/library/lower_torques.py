@@ -1,28 +1,23 @@
 """Torques on the lower disc that are no friction of its brake."""
 
+from functools import partial
 from math import pi
 
 from numpy import cos
 
 from drill_env.effects._effect import HEAVIEST, amplitude, effect, phase, shape
-from drill_env.effects._resonator import NUMBERS, swing
+from drill_env.effects.library.upper_torques import FREQUENCY, RESONATOR, swing
 from drill_env.effects.signal import branch
 
+lower = partial(effect, "lower")
 
-@effect(
-    "lower",
+
+@lower(
     "time",
     "Something outside shakes the lower disc at a fixed frequency.",
     amplitude("torque", "Nm", 0.0005, most=HEAVIEST, signed=False),
     phase(),
-    shape(
-        "frequency",
-        "Hz",
-        (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.5, 6.5, 10.0, 15.0),
-        low=0.005,
-        high=200.0,
-        form=0.0,
-    ),
+    FREQUENCY,
     swings="frequency",
     autonomous=False,
 )
@@ -31,11 +26,10 @@ def lower_disturbance(p, e, s, out):
     out.torque_l += e.q[0] * cos(2.0 * pi * e.q[2] * s.t + e.q[1])
 
 
-@effect(
-    "lower",
+@lower(
     "omega_l",
     "A body on a spring, such as a frame, swings at the lower disc.",
-    *NUMBERS,
+    *RESONATOR,
     formula="share Jl (w^2 z + 2 damping w dz/dt), "
     "d2z/dt2 = -w^2 z - 2 damping w dz/dt - domega_l/dt, w = 2 pi frequency",
     states=2,
@@ -46,8 +40,7 @@ def lower_resonator(p, e, s, out):
     out.torque_l += swing(e, s, s.omega_l, p.Jl)
 
 
-@effect(
-    "lower",
+@lower(
     "omega_l",
     "The lower disc meets a drag that grows with the square of its speed.",
     amplitude("coefficient", "Nm s^2/rad^2", 5e-05, most=HEAVIEST, signed=False),
@@ -58,8 +51,7 @@ def quadratic_drag(p, e, s, out):
     out.torque_l -= e.q[0] * s.side_l * s.omega_l * s.omega_l
 
 
-@effect(
-    "lower",
+@lower(
     "time",
     "Something struck the lower disc at one moment.",
     amplitude("torque", "Nm", 0.005, most=HEAVIEST),
@@ -76,8 +68,7 @@ def torque_pulse(p, e, s, out):
         out.torque_l += e.q[0]
 
 
-@effect(
-    "lower",
+@lower(
     "theta_l",
     "The lower disc is out of balance.",
     amplitude("torque", "Nm", 0.002, most=HEAVIEST, signed=False),
@@ -90,8 +81,7 @@ def unbalance(p, e, s, out):
     out.torque_l += e.q[0] * cos(s.theta_l + e.q[1])
 
 
-@effect(
-    "lower",
+@lower(
     "omega_l",
     "Near a critical speed the string whirls, and its orbit drags.",
     amplitude("torque", "Nm", 0.0005, most=HEAVIEST, signed=False),

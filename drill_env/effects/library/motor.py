@@ -1,9 +1,13 @@
 """The motor: its torque constant and its ripple."""
 
+from functools import partial
+
 from numpy import cos, exp
 
 from drill_env.effects._effect import HEAVIEST, amplitude, effect, phase, shape
 from drill_env.effects.signal import branch
+
+actuator = partial(effect, "actuator")
 
 ORDERS = (
     2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 14.0, 15.0, 16.0, 18.0, 20.0, 21.0,
@@ -12,8 +16,7 @@ ORDERS = (
 """Cycles a turn that motors have."""
 
 
-@effect(
-    "actuator",
+@actuator(
     "theta_u",
     "The motor's torque constant changes with its angle, as the current is commutated.",
     amplitude("depth", "1", 0.02, most=0.9, signed=False),
@@ -27,8 +30,7 @@ def commutation_ripple(p, e, s, out):
     out.volts += s.u * e.q[0] * cos(e.q[2] * s.theta_u + e.q[1])
 
 
-@effect(
-    "actuator",
+@actuator(
     "voltage",
     "The motor gives less torque, or more, where it brakes than where it drives.",
     amplitude("loss", "1", 0.05, most=0.9),
@@ -42,8 +44,7 @@ def drive_braking_loss(p, e, s, out):
         out.volts -= e.q[0] * s.u
 
 
-@effect(
-    "actuator",
+@actuator(
     "time",
     "The motor gets weaker, or stronger, after the start and settles.",
     amplitude("loss", "1", 0.05, most=0.9),
@@ -57,8 +58,7 @@ def motor_fade(p, e, s, out):
     out.volts -= e.q[0] * (1.0 - exp(-s.t / e.q[1])) * s.u
 
 
-@effect(
-    "actuator",
+@actuator(
     "time",
     "The motor loses torque as it warms.",
     amplitude("loss", "1", 0.05, most=0.9, signed=False),
@@ -74,8 +74,7 @@ def motor_heating(p, e, s, out):
     e.rate[0] = (s.u * s.u / 9.0 - e.z[0]) / e.q[1]
 
 
-@effect(
-    "actuator",
+@actuator(
     "theta_u",
     "The motor's torque ripples with its angle (cogging).",
     amplitude("torque", "Nm", 0.02, most=HEAVIEST, signed=False),

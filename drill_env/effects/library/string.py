@@ -1,13 +1,15 @@
 """The string between the discs."""
 
+from functools import partial
 from math import pi
 
 from drill_env.effects._effect import HEAVIEST, amplitude, effect, shape
 from drill_env.effects.signal import clipped, size_of
 
+string = partial(effect, "string")
 
-@effect(
-    "string",
+
+@string(
     "twist",
     "The string is stiffer in one direction.",
     amplitude("coefficient", "Nm/rad", 0.002, most=HEAVIEST),
@@ -19,8 +21,7 @@ def string_asymmetry(p, e, s, out):
     out.string += e.q[0] * size_of(e, s, 0, s.twist)
 
 
-@effect(
-    "string",
+@string(
     "twist",
     "The string creeps under load.",
     amplitude("compliance", "1", 0.03, most=0.9, signed=False),
@@ -36,8 +37,7 @@ def string_creep(p, e, s, out):
     e.rate[0] = (s.twist - e.z[0]) / e.q[1]
 
 
-@effect(
-    "string",
+@string(
     "omega_u - omega_l",
     "The string has damping of its own.",
     amplitude("damping", "Nm s/rad", 0.0005, most=HEAVIEST, signed=False),
@@ -48,8 +48,7 @@ def string_damping(p, e, s, out):
     out.string += e.q[0] * (s.omega_u - s.omega_l)
 
 
-@effect(
-    "string",
+@string(
     "twist",
     "The string stiffens with twist.",
     amplitude("coefficient", "Nm/rad^3", 0.0001, most=HEAVIEST),
@@ -60,8 +59,7 @@ def string_hardening(p, e, s, out):
     out.string += e.q[0] * s.twist * s.twist * s.twist
 
 
-@effect(
-    "string",
+@string(
     "twist",
     "The string's torque depends on its past (Bouc-Wen).",
     amplitude("torque", "Nm", 0.002, most=HEAVIEST, signed=False),
@@ -89,8 +87,7 @@ _FREQUENCIES = (
 )  # fmt: skip
 
 
-@effect(
-    "string",
+@string(
     "omega_l",
     "The string's own inertia gives a second torsional mode.",
     shape("frequency", "Hz", _FREQUENCIES, low=0.3, high=100.0, form=0.0),
@@ -113,8 +110,7 @@ def string_inertia(p, e, s, out):
     out.torque_l += 2.0 * p.ktheta * e.z[0]
 
 
-@effect(
-    "string",
+@string(
     "twist",
     "The string's clamp has play.",
     shape(

@@ -1,15 +1,18 @@
 """Friction of the upper disc's bearing."""
 
+from functools import partial
+
 from numpy import exp
 
 from drill_env._jit import kernel
 from drill_env.effects._effect import HEAVIEST, amplitude, effect, shape
-from drill_env.effects._yield import give_way
+from drill_env.effects.library.brake import give_way
 from drill_env.effects.signal import RESTING, clipped, size_of
 
+upper = partial(effect, "upper")
 
-@effect(
-    "upper",
+
+@upper(
     "time",
     "The upper bearing's friction falls as it warms.",
     amplitude("excess", "1", 0.05, most=3.0, signed=False),
@@ -23,8 +26,7 @@ def friction_warmup(p, e, s, out):
     out.scale_u += e.q[0] * exp(-s.t / e.q[1])
 
 
-@effect(
-    "upper",
+@upper(
     "twist",
     "The upper bearing rubs harder under the string's torque.",
     amplitude("coefficient", "1", 0.05, most=5.0, signed=False, form=0.04),
@@ -36,8 +38,7 @@ def load_dependent_friction(p, e, s, out):
     out.size_u += e.q[0] * size_of(e, s, 0, s.pull)
 
 
-@effect(
-    "upper",
+@upper(
     "omega_u",
     "The upper disc is damped more in one direction than in the other.",
     amplitude("damping", "Nm s/rad", 0.02, most=HEAVIEST),
@@ -49,8 +50,7 @@ def upper_asymmetry(p, e, s, out):
     out.torque_u -= e.q[0] * s.side_u * s.omega_u
 
 
-@effect(
-    "upper",
+@upper(
     "omega_u",
     "The upper disc rubs at every speed alike (Coulomb).",
     amplitude("torque", "Nm", 0.1, most=HEAVIEST, signed=False),
@@ -85,8 +85,7 @@ def held_share(p, e, s, out, torque):
     return held / level if level.real > 0.0 else 0.0 * held
 
 
-@effect(
-    "upper",
+@upper(
     "omega_u",
     "The upper disc's Coulomb friction follows a reversal late.",
     amplitude("torque", "Nm", 0.1, most=HEAVIEST, signed=False),
@@ -111,8 +110,7 @@ def upper_friction_lag(p, e, s, out):
     e.rate[0] = (side - e.z[0]) / e.q[1]
 
 
-@effect(
-    "upper",
+@upper(
     "omega_u",
     "The upper disc's friction is higher at low speed, and falls with the square of it.",
     amplitude("torque", "Nm", 0.02, most=HEAVIEST, signed=False),
@@ -127,8 +125,7 @@ def upper_gaussian_stribeck(p, e, s, out):
     out.size_u += e.q[0] * exp(-share * share)
 
 
-@effect(
-    "upper",
+@upper(
     "voltage",
     "The axis rubs harder under the torque of its drive.",
     amplitude("coefficient", "1", 0.05, most=5.0, signed=False),
@@ -142,8 +139,7 @@ def upper_load_friction(p, e, s, out):
     out.size_u += e.q[0] * p.km * size_of(e, s, 0, s.u)
 
 
-@effect(
-    "upper",
+@upper(
     "theta_u",
     "The upper disc yields elastically before it slides (Dahl).",
     amplitude("torque", "Nm", 0.1, most=HEAVIEST, signed=False),
@@ -171,8 +167,7 @@ def upper_presliding(p, e, s, out):
     give_way(e, s, s.rest_u, s.omega_u, s.side_u, e.q[1])
 
 
-@effect(
-    "upper",
+@upper(
     "omega_u",
     "The upper disc meets a drag that grows with the square of its speed.",
     amplitude("coefficient", "Nm s^2/rad^2", 0.005, most=HEAVIEST, signed=False),
@@ -183,8 +178,7 @@ def upper_quadratic_drag(p, e, s, out):
     out.torque_u -= e.q[0] * s.side_u * s.omega_u * s.omega_u
 
 
-@effect(
-    "upper",
+@upper(
     "omega_u",
     "The upper disc's friction is higher at low speed.",
     amplitude("torque", "Nm", 0.02, most=HEAVIEST, signed=False),
@@ -198,8 +192,7 @@ def upper_stribeck(p, e, s, out):
     out.size_u += e.q[0] * exp(-s.speed_u / e.q[1])
 
 
-@effect(
-    "upper",
+@upper(
     "omega_u",
     "The upper disc is damped in proportion to its speed (viscous).",
     amplitude("damping", "Nm s/rad", 0.1, most=HEAVIEST, signed=False),

@@ -1,27 +1,57 @@
 """Torques on the upper disc that are no friction."""
 
+from functools import partial
 from math import pi
 
 from numpy import cos
 
+from drill_env._jit import kernel
 from drill_env.effects._effect import HEAVIEST, amplitude, effect, phase, shape
-from drill_env.effects._resonator import NUMBERS, swing
+
+upper = partial(effect, "upper")
+
+FREQUENCY = shape(
+    "frequency", "Hz", (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.5, 6.5, 10.0, 15.0),
+    low=0.005, high=200.0, form=0.0,
+)  # fmt: skip
+"""Of a disturbance from outside."""
+
+RESONATOR = (
+    shape(
+        "frequency",
+        "Hz",
+        (0.3, 0.44, 0.64, 0.94, 1.4, 2.0, 3.0, 4.3, 6.4, 9.3, 14.0, 20.0),
+        low=0.05,
+        high=200.0,
+        form=0.0,
+    ),
+    amplitude("share", "1", 0.05, most=5.0, signed=False),
+    shape("damping", "1", (0.02,), low=0.0005, high=2.0),
+)
+"""The body's own frequency with the disc held, its share of the disc's inertia, and its damping."""
 
 
-@effect(
-    "upper",
+@kernel
+def swing(e, s, omega, inertia):
+    """Torque (Nm) of the body on a disc of `inertia` that turns at `omega`.
+
+    e.z[0] is the body's angle ahead of the disc, e.z[1] its own speed, so that no acceleration is
+    asked for.
+    """
+    if s.first:
+        e.z[0], e.z[1] = 0.0, omega
+    wave, slip = 2.0 * pi * e.q[0], e.z[1] - omega
+    pull = wave * wave * e.z[0] + 2.0 * e.q[2] * wave * slip
+    e.rate[0], e.rate[1] = slip, -pull
+    return e.q[1] * inertia * pull
+
+
+@upper(
     "time",
     "Something outside shakes the upper disc at a fixed frequency.",
     amplitude("torque", "Nm", 0.02, most=HEAVIEST, signed=False),
     phase(),
-    shape(
-        "frequency",
-        "Hz",
-        (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.5, 6.5, 10.0, 15.0),
-        low=0.005,
-        high=200.0,
-        form=0.0,
-    ),
+    FREQUENCY,
     swings="frequency",
     autonomous=False,
 )
@@ -30,8 +60,7 @@ def upper_disturbance(p, e, s, out):
     out.torque_u += e.q[0] * cos(2.0 * pi * e.q[2] * s.t + e.q[1])
 
 
-@effect(
-    "upper",
+@upper(
     "time",
     "A constant torque acts on the upper disc, or its Coulomb friction differs with "
     "direction, which is the same.",
@@ -45,11 +74,10 @@ def upper_offset(p, e, s, out):
     out.torque_u -= e.q[0]
 
 
-@effect(
-    "upper",
+@upper(
     "omega_u",
     "A body on a spring, such as a frame, swings at the upper disc.",
-    *NUMBERS,
+    *RESONATOR,
     formula="share Ju (w^2 z + 2 damping w dz/dt), "
     "d2z/dt2 = -w^2 z - 2 damping w dz/dt - domega_u/dt, w = 2 pi frequency",
     states=2,
@@ -60,8 +88,7 @@ def upper_resonator(p, e, s, out):
     out.torque_u += swing(e, s, s.omega_u, p.Ju)
 
 
-@effect(
-    "upper",
+@upper(
     "theta_u",
     "A spring, a cable or a hose pulls the upper disc back.",
     amplitude("stiffness", "Nm/rad", 0.02, most=HEAVIEST, signed=False),
@@ -75,8 +102,7 @@ def upper_spring(p, e, s, out):
     out.torque_u -= e.q[0] * (s.theta_u - e.q[1])
 
 
-@effect(
-    "upper",
+@upper(
     "theta_u",
     "The upper disc, or what the axis carries, is out of balance (a pendulum).",
     amplitude("torque", "Nm", 0.02, most=HEAVIEST, signed=False),

@@ -1,4 +1,4 @@
-"""The library as tables for people."""
+"""The library as the tables of docs/effects.md: print `library_tables()` to renew them."""
 
 from __future__ import annotations
 
