@@ -85,10 +85,9 @@ WORK = np.dtype(
         ("ks", "f8", (MAX_STAGES, N_STATE, N_COLUMNS)),
         ("stage", "f8", (N_STATE, N_COLUMNS)),
         ("jac", "f8", (4,)),
-        ("rates", "f8", (2, N_PARAMETERS)),
-        # Of a short tableau's stages: slope of the lower law, forcing of every column.
-        ("slopes", "f8", (6,)),
-        ("force", "f8", (6, 2, N_COLUMNS)),
+        # Of the stages: slope of the lower law, forcing of every column.
+        ("slopes", "f8", (MAX_STAGES,)),
+        ("force", "f8", (MAX_STAGES, 2, N_COLUMNS)),
         # Of rigs with effects: address and count of their entries, and working arrays.
         ("effects", "i8"),
         ("acting", "i8"),
