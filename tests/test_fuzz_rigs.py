@@ -187,6 +187,15 @@ def test_a_disc_that_the_located_moment_leaves_short_of_rest_is_not_put_to_rest_
     assert found["fault"] == "", found
 
 
+@pytest.mark.parametrize("wide", [False, True])
+def test_a_motor_that_both_sides_of_a_disc_push_apart_stands(wide: bool) -> None:
+    """Case 2746 of seed 39: it left by what held it on each side and stopped by their mean."""
+    case = draw_case(39, 2746, wide=wide)
+    assert {"drive_braking_loss", "gear_compliance"} < {e["id"] for e in case.rig.effects}
+    found = verdict(case)
+    assert found["fault"] == "" and found["events"] < 100, found
+
+
 def test_samples_where_a_memory_fades_with_the_way_gone() -> None:
     """Case 1580 of seed 38, wide: while the twist rises, the memory is a function of it."""
     rig, width = Rig(friction="coulomb", Tsl=1.0, T1=0.0, T2=0.0, Ju=0.05), 0.005

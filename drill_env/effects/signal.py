@@ -57,7 +57,7 @@ PORTS = np.dtype(
 )
 """Where an effect enters the equations of motion; each adds to what is already there."""
 
-MOST_NUMBERS, MOST_STATES, MOST_SWITCHES = 8, 4, 4
+MOST_NUMBERS, MOST_STATES, MOST_SWITCHES = 8, 4, 5
 # Of all effects of a rig together.
 MOST_INNER, MOST_BRANCHES = 24, 32
 

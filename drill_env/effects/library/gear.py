@@ -73,11 +73,16 @@ def choose_motor(e, s, ahead, held):
 @kernel
 def turn_motor(p, e, s, out, share, torque, at_motor):
     """Rates of the motor's angle and speed; its share of the friction holds it like a disc's."""
-    push = p.km * (s.u + out.volts) - torque
-    ahead = 1 if push.real >= 0.0 else -1
-    held = at_motor * ahead * upper_sliding(p, ahead, 0.0) - ahead * push
+    push, last = p.km * (s.u + out.volts) - torque, e.switches - 1
+    # What holds it on either side: only so is it between the two of a disc at rest, where the push
+    # may differ in its sign.
+    forward = at_motor * upper_sliding(p, 1, 0.0) - push
+    backward = push - at_motor * upper_sliding(p, -1, 0.0)
+    if e.side[last] != 0:
+        e.side[0], e.side[last] = -1, 0
     if s.choose:
-        choose_motor(e, s, ahead, held)
+        ahead = 1 if push.real >= 0.0 else -1
+        choose_motor(e, s, ahead, forward if ahead > 0 else backward)
     side = e.side[0]
     e.rate[0] = e.z[1] - s.omega_u
     if side != 0:
@@ -85,7 +90,8 @@ def turn_motor(p, e, s, out, share, torque, at_motor):
         left = push - at_motor * upper_sliding(p, side, e.z[1])
         e.rate[1] = left / (share * p.Ju)
     else:
-        e.gap[0], e.next[0], e.rate[1] = held, ahead, 0.0
+        e.gap[0], e.next[0], e.rate[1] = forward, 1, 0.0
+        e.gap[last], e.next[last] = backward, -1
         if s.settle:
             e.z[1] = 0.0
 
@@ -118,7 +124,7 @@ def drive_through(p, e, s, out, share, torque, at_motor):
     formula="motor behind play and a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu; "
     "without play the two would ring at `frequency`",
     states=2,
-    switches=4,
+    switches=5,
     neighbours=("amplifier_deadzone", "gear_compliance"),
     replaces_balance=True,
     refined_within=True,
@@ -147,7 +153,7 @@ def gear_backlash(p, e, s, out):
     formula="motor_share J_u behind a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu; "
     "the two ring at `frequency`",
     states=2,
-    switches=1,
+    switches=2,
     neighbours=("actuator_lag", "gear_backlash", "upper_resonator"),
     replaces_balance=True,
     refined_within=True,
