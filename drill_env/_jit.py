@@ -185,7 +185,7 @@ class Unit:
         return result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
 
     def __reduce__(self) -> str:
-        return self.function.__qualname__
+        return self.__qualname__
 
 
 def caller(signature: Any) -> Any:

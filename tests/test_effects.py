@@ -15,13 +15,13 @@ from typer.testing import CliRunner
 from drill_env import InputError, Rig
 from drill_env.cli.simulate_command import simulate_command
 from drill_env.effects import LIBRARY, Effect
-from drill_env.effects.describe import library_tables
 from drill_env.friction import lower_curve
 from drill_env.identification.replay import replay
 from drill_env.identification.validation import validate
 from drill_env.integrator import Disc, Kind, sampled_voltage, simulate, simulate_batch
 from drill_env.parameters import dump_rig, load_rig, save_rig
 from drill_env.recordings import Recording
+from tests.effect_tables import library_tables
 from tests.made_recordings import played
 
 RIG = Rig()

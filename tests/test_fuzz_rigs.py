@@ -179,6 +179,80 @@ def test_samples_between_steps_are_as_good_as_steps_where_a_body_settles_quickly
     assert run.inner == pytest.approx(truth.y[3:].T, abs=1e-7)
 
 
+def test_a_disc_that_the_located_moment_leaves_short_of_rest_is_not_put_to_rest_there() -> None:
+    """Case 745 of seed 39, wide: a grip that the try met at its end told the wrong moment."""
+    case = draw_case(39, 745, wide=True)
+    assert [e["id"] for e in case.rig.effects][1:] == ["string_play", "lower_gaussian_stribeck"]
+    found = verdict(case)
+    assert found["fault"] == "", found
+
+
+@pytest.mark.parametrize("wide", [False, True])
+def test_a_motor_that_both_sides_of_a_disc_push_apart_stands(wide: bool) -> None:
+    """Case 2746 of seed 39: it left by what held it on each side and stopped by their mean."""
+    case = draw_case(39, 2746, wide=wide)
+    assert {"drive_braking_loss", "gear_compliance"} < {e["id"] for e in case.rig.effects}
+    found = verdict(case)
+    assert found["fault"] == "" and found["events"] < 100, found
+
+
+def test_samples_where_a_memory_fades_with_the_way_gone() -> None:
+    """Case 1580 of seed 38, wide: while the twist rises, the memory is a function of it."""
+    rig, width = Rig(friction="coulomb", Tsl=1.0, T1=0.0, T2=0.0, Ju=0.05), 0.005
+    hysteresis = {"id": "string_hysteresis", "torque": 1e-3, "width": width}
+    run = simulate(rig.replace(effects=(hysteresis,)), 8.0, 0.35, rate=2000.0)
+    assert (np.diff(run.twist) > 0.0).all() and run.twist[-1] > 4.0
+    assert run.inner[:, 0] == pytest.approx(1.0 - np.exp(-run.twist / width), abs=1e-8)
+
+
+def test_samples_of_a_motor_that_began_at_rest_behind_a_stiff_gear() -> None:
+    """Case 3856 of seed 38, wide: how fast it rings was asked while it stood."""
+    rig = Rig(dTsu=0.0, dbu=0.0, Tsu=50.0, Jl=1.0, ktheta=0.05)
+    share, own, hertz, damping = 0.3, 0.01, 150.0, 0.1
+    gear = {
+        "id": "gear_compliance", "frequency": hertz, "motor_share": share, "friction_share": own,
+        "damping": damping,
+    }  # fmt: skip
+    run = simulate(rig.replace(effects=(gear,)), lambda t: t, 6.0, rate=500.0)
+    leaves, reduced = own * rig.Tsu / rig.km, share * (1.0 - share) * rig.Ju
+    wave = 2.0 * np.pi * hertz
+
+    def rates(t: float, z: np.ndarray) -> list[float]:
+        gear = reduced * (wave * wave * z[0] + 2.0 * damping * wave * z[1])
+        drive = rig.km * t - own * (rig.Tsu + rig.bu * z[1])
+        return [z[1], (drive - gear) / (share * rig.Ju)]
+
+    after = run.t > leaves
+    truth = solve_ivp(
+        rates, (leaves, 6.0), np.zeros(2), method="DOP853", rtol=1e-12, atol=1e-15,
+        t_eval=run.t[after],
+    )  # fmt: skip
+    assert run.stuck_u.all() and (truth.y[1] > 0.0).all()
+    assert run.inner[after] == pytest.approx(truth.y.T, rel=0.0, abs=1e-6 * truth.y[1].max())
+
+
+@pytest.mark.parametrize("share", [0.995, 1.0])
+def test_a_disc_that_late_friction_holds_all_but_alone_creeps_and_leaves_once(share: float) -> None:
+    """Case 4164 of seed 38, wide: it left before the share of the friction that it took was 1.
+
+    What held it by then grew at once, for ever. It leaves where the friction that is to come, as
+    fast as it comes, no longer keeps up with the pull, within the hundredth that rest holds more.
+    """
+    rig, time_constant = Rig(dTsu=0.0, dbu=0.0), 2e-3
+    late = {
+        "id": "upper_friction_lag", "torque": share * rig.Tsu, "time_constant": time_constant,
+    }  # fmt: skip
+    leaves, hundredth = rig.Tsu / rig.km - time_constant, 0.01 * late["torque"] / rig.km
+    run = simulate(rig.replace(effects=(late,)), lambda t: t, 1.1 * leaves, rate=5000.0)
+    slips = run.events.where(Disc.UPPER, Kind.SLIP)
+    assert len(run.events) < 5 and len(slips) == 1
+    assert leaves < slips.t[0] < leaves + 1.05 * hundredth
+    resting = run.t < leaves
+    assert run.stuck_u[resting].all()
+    held = (rig.km * run.t - late["torque"] * run.inner[:, 0])[resting]
+    assert np.abs(held).max() < 0.01 * late["torque"]
+
+
 @pytest.mark.parametrize("given", [(38, 3971, False), (38, 2397, True)])
 def test_a_voltage_that_just_equals_stiction_holds_the_disc(given: tuple[int, int, bool]) -> None:
     """It left by rounding and came back, twelve times each 1e-7 s."""

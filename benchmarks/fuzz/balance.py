@@ -146,6 +146,10 @@ def _keep_rates(p, entries, s, out, state, modes, inner, late, held, rates):
             share = _ahead(held[0 if e.upper else 1]) if side == 1 else 1.0
             for j in range(e.states):
                 rates[e.first_state + j] += share * (e.rate[j] - rates[e.first_state + j])
+            if side == 1 and e.drives and abs(inner[e.first_state + 1]) < _SLOW:
+                # One side alone may push it off; what both together turn back friction holds.
+                if e.side[0] * rates[e.first_state + 1] < 0.0:
+                    rates[e.first_state + 1] = 0.0
 
 
 @dataclass(frozen=True)

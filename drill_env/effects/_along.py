@@ -27,24 +27,25 @@ def late_voltage(t, u, k, first, delay, before):
 
 
 @kernel
+def angle_at(motion, row, column):
+    """Angle (rad) in a row, of column 0 theta_u or 1 theta_l, and its speed (rad/s)."""
+    if column == 0:
+        return motion[row, 3] + motion[row, 0], motion[row, 1]
+    return motion[row, 3], motion[row, 2]
+
+
+@kernel
 def late_angle(t, motion, k, first, delay, column):
     """Angle (rad) a delay before row `k`, of column 0 theta_u or 1 theta_l; cubic between rows."""
     wanted, row = t[k] - delay, k
     while row > first and t[row] > wanted:
         row -= 1
-    share, dt = 0.0, 0.0
-    if wanted > t[row]:
-        dt = t[row + 1] - t[row]
-        share = (wanted - t[row]) / dt
-    theta, far = motion[row, 3], 0.0
-    slope, far_slope = motion[row, 2], 0.0
-    if column == 0:
-        theta, slope = theta + motion[row, 0], motion[row, 1]
-    if share == 0.0:
+    theta, slope = angle_at(motion, row, column)
+    if wanted <= t[row]:
         return theta
-    far, far_slope = motion[row + 1, 3], motion[row + 1, 2]
-    if column == 0:
-        far, far_slope = far + motion[row + 1, 0], motion[row + 1, 1]
+    dt = t[row + 1] - t[row]
+    share = (wanted - t[row]) / dt
+    far, far_slope = angle_at(motion, row + 1, column)
     a, b, gap = slope * dt, far_slope * dt, far - theta
     return theta + share * (a + share * (3.0 * gap - 2.0 * a - b + share * (a + b - 2.0 * gap)))
 

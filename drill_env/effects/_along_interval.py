@@ -1,8 +1,8 @@
 """Compiled inner states and mean torques of an effect over an interval of straight motion."""
 
-from math import ceil, exp, sqrt
+from math import ceil, exp
 
-from drill_env._jit import entry, kernel
+from drill_env._jit import kernel
 from drill_env.effects._along_ports import (
     acceleration_u,
     ask,
@@ -10,10 +10,10 @@ from drill_env.effects._along_ports import (
     torque_on_lower,
     torque_on_upper,
 )
+from drill_env.effects.pace import MOVE, fastest_rate
 
 # Rates times the substep: far inside the method's stability, 2.8.
 _SHARE, _MOST = 1.0, 1000
-_MOVE = 1e-6
 
 
 @kernel
@@ -25,7 +25,7 @@ def relax(p, e, s, out, h, mean):
     """
     ask(p, e, s, out)
     kept, rate = e.z[0], e.rate[0]
-    step = _MOVE * (1.0 + abs(kept))
+    step = MOVE * (1.0 + abs(kept))
     e.z[0] = kept + step
     ask(p, e, s, out)
     shares = h * (rate - e.rate[0]) / step
@@ -37,38 +37,6 @@ def relax(p, e, s, out, h, mean):
     mean[0] += torque_on_upper(p, s, out)
     mean[1] += torque_on_lower(p, s, out)
     e.z[0] = kept + h * rate * left_over
-
-
-@kernel
-def fastest_rate(p, e, s, out, slopes):
-    """Largest rate (1/s) at which several inner states relax or ring."""
-    ask(p, e, s, out)
-    for i in range(e.states):
-        slopes[4, i] = e.rate[i]
-    for j in range(e.states):
-        kept = e.z[j]
-        step = _MOVE * (1.0 + abs(kept))
-        e.z[j] = kept + step
-        ask(p, e, s, out)
-        e.z[j] = kept
-        for i in range(e.states):
-            slopes[i, j] = (e.rate[i] - slopes[4, i]) / step
-    fastest = 0.0
-    for i in range(e.states):
-        for j in range(e.states):
-            # Of a pair that rings both slopes across together are the square of its frequency.
-            fastest = max(fastest, sqrt(abs(slopes[i, j] * slopes[j, i])))
-    return fastest
-
-
-@entry
-def fastest_at_rest(p, e, s, out, slopes):
-    """As `fastest_rate`, while the rig rests; `slopes` begins with the Jacobian of the rates."""
-    set_motion(p, s, 0.0, 0.0, 0.0, 0.0, 0.0)
-    s.choose = s.first = 1
-    ask(p, e, s, out)
-    s.first = 0
-    return fastest_rate(p, e, s, out, slopes)
 
 
 @kernel

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
@@ -12,10 +12,13 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._jit import names_in
 from drill_env._types import FloatArray
+from drill_env.effects.signal import response
 
 Component: TypeAlias = Literal["actuator", "upper", "string", "lower", "sensor"]
 Equation: TypeAlias = Literal["upper", "lower", "both"]
 Role: TypeAlias = Literal["amplitude", "phase", "shape"]
+
+_EQUATIONS = {"actuator": "upper", "upper": "upper", "string": "both", "lower": "lower"}
 
 FORM = 0.015
 """Relative standard deviation of a number for its formula's sake.
@@ -66,8 +69,8 @@ class Effect:
 
     Attributes:
         component: where it sits.
-        equation: the disc whose equation of motion it enters.
         depends_on: what it is a function of.
+        meaning: one plain sentence for a report.
         parameters: its numbers, in the order of the kernel's `q`.
         neighbours: effects it is easily confused with.
         aliases: effects that no recording tells from it.
@@ -97,22 +100,22 @@ class Effect:
         switches: how many corners or jumps it has, at which the integrator ends its steps.
         delay: the parameter by which it reads the voltage or an angle late.
         swings: the parameter, in Hz, at which it swings with time whatever moves.
-        kernel: function of (p, e, s, out), made by the decorator `response`: the rig's parameters,
-            its own numbers `e.q` and inner states `e.z`, whose rates `e.rate` it sets, the signal
-            at the instant, and the ports of the equations of motion that it adds to.
+        kernel: function of (p, e, s, out), compiled: the rig's parameters, its own numbers `e.q`
+            and inner states `e.z`, whose rates `e.rate` it sets, the signal at the instant, and
+            the ports of the equations of motion that it adds to.
         id: name in files and reports; by default that of the kernel.
         formula: what is added, in the symbols of the paper; by default the kernel's docstring.
-        meaning: one plain sentence for a report; by default the docstring of the kernel's module.
+        equation: the disc whose equation of motion it enters; by default that of the component.
     """
 
     component: Component
-    equation: Equation
     depends_on: str
+    meaning: str
     parameters: tuple[EffectParameter, ...]
     kernel: Any
     id: str = ""
     formula: str = ""
-    meaning: str = ""
+    equation: Equation | Literal[""] = ""
     neighbours: tuple[str, ...] = ()
     aliases: tuple[str, ...] = ()
     source: str = ""
@@ -139,9 +142,11 @@ class Effect:
         if not self.id:
             object.__setattr__(self, "id", self.kernel.function.__name__)
         if not self.formula:
-            object.__setattr__(self, "formula", _told(self.kernel.function).rstrip("."))
-        if not self.meaning:
-            object.__setattr__(self, "meaning", _told(sys.modules[self.kernel.__module__]))
+            told = inspect.cleandoc(self.kernel.function.__doc__ or "").partition("\n")[0]
+            object.__setattr__(self, "formula", told.rstrip("."))
+        if not self.equation:
+            sensed = "upper" if self.depends_on.endswith("_u") else "lower"
+            object.__setattr__(self, "equation", _EQUATIONS.get(self.component, sensed))
 
     @property
     def follows_time(self) -> bool:
@@ -182,8 +187,26 @@ class Effect:
         return vector
 
 
-def _told(documented: object) -> str:
-    return inspect.cleandoc(documented.__doc__ or "").partition("\n")[0]
+def effect(
+    component: Component, depends_on: str, meaning: str, *parameters: EffectParameter, **more: Any
+) -> Callable[[Callable[..., None]], Effect]:
+    """Decorator of a function of (p, e, s, out), which it makes an `Effect`.
+
+    Args:
+        component: where it sits.
+        depends_on: what it is a function of.
+        meaning: one plain sentence for a report.
+        *parameters: its numbers, in the order of `e.q`.
+        **more: what else it declares, see `Effect`.
+    """
+
+    def declared(function: Callable[..., None]) -> Effect:
+        kernel = response(function)
+        # Pickled by name, which is the effect's.
+        kernel.__qualname__ = f"{function.__qualname__}.kernel"
+        return Effect(component, depends_on, meaning, parameters, kernel, **more)
+
+    return declared
 
 
 HEAVIEST = 1e5

@@ -6,7 +6,7 @@ import importlib
 import pkgutil
 from collections.abc import Mapping
 from importlib.metadata import entry_points
-from types import MappingProxyType
+from types import MappingProxyType, ModuleType
 from typing import get_args
 
 from drill_env._errors import InputError
@@ -52,11 +52,20 @@ def register(effect: Effect) -> Effect:
 def load_library() -> None:
     """Register what lies in the folder `library`."""
     for module in pkgutil.iter_modules(library.__path__):
-        register(importlib.import_module(f"{library.__name__}.{module.name}").EFFECT)
+        _register_from(importlib.import_module(f"{library.__name__}.{module.name}"))
 
 
 def load_installed() -> None:
     """Register the effects that installed packages offer."""
     for point in entry_points(group="drill_env.effects"):
         offered = point.load()
-        register(getattr(offered, "EFFECT", offered))
+        if isinstance(offered, ModuleType):
+            _register_from(offered)
+        else:
+            register(offered)
+
+
+def _register_from(module: ModuleType) -> None:
+    for offered in vars(module).values():
+        if isinstance(offered, Effect):
+            register(offered)

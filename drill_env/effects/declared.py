@@ -8,29 +8,27 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
+from numba.core.errors import NumbaError
 
 from drill_env._checks import real
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.effects import LIBRARY, Effect
-from drill_env.effects._along_interval import fastest_at_rest
 from drill_env.effects._effect import SIDES, reads
-from drill_env.effects._table_entry import table_entry
+from drill_env.effects._table import sampled, tabulated
+from drill_env.effects._table_entry import is_located, table_entry
+from drill_env.effects.pace import REACH, slopes_when
 from drill_env.effects.signal import (
     ENTRY,
     MOST_BRANCHES,
     MOST_INNER,
     MOST_STATES,
     PORTS,
+    RESPOND_SLOPES,
     SIGNAL,
 )
 from drill_env.friction import kernel_record
 from drill_env.parameters import Rig
-
-# Step times rate z up to which the dense output of DOP853 errs by less than the deviation that a
-# step begins with: on dy/dt = z y over the step, from 1, by 0.7. It errs by 10 at 6, where the step
-# itself is stable, and by 1e5 at 12, which the error estimate may let pass where all is smooth.
-REACH = 4.8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +40,8 @@ class Declared:
             hands them on must keep this object as long.
         tables: what some of the addresses point to.
         order: place of each entry among the rig's effects.
-        pace: fastest rate (1/s) at which inner states relax or ring while the rig rests.
+        pace: fastest rate (1/s) at which inner states relax or ring, of those to which the motion
+            makes no difference.
     """
 
     entries: np.ndarray
@@ -63,7 +62,15 @@ class Declared:
     @property
     def acts(self) -> bool:
         """Whether any effect enters the motion or has an inner state."""
-        return bool((self.entries["idle"] == 0).any())
+        return len(self._acting) > 0
+
+    @property
+    def _acting(self) -> np.ndarray:
+        return self.entries[self.entries["idle"] == 0]
+
+    @property
+    def _late(self) -> np.ndarray:
+        return self.entries[(self.entries["delayed"] == 1) & (self.entries["senses"] == 0)]
 
     @property
     def restless(self) -> int:
@@ -71,25 +78,22 @@ class Declared:
 
         0: nothing; 1: inner states, until their rates are zero; 2: an effect that reads a clock.
         """
-        acting = self.entries[self.entries["idle"] == 0]
-        return 2 if acting["timed"].any() else int(self.inner > 0)
+        return 2 if self._acting["timed"].any() else int(self.inner > 0)
 
     @property
     def wants_own_law(self) -> bool:
         """Whether the lower disc's friction is that of its own speed, or an effect reads that."""
-        acting = self.entries[self.entries["idle"] == 0]
-        return bool(acting["reads_law"].any()) or not acting["moves_law"].any()
+        return bool(self._acting["reads_law"].any()) or not self._acting["moves_law"].any()
 
     @property
     def reads_past(self) -> bool:
         """Whether an effect reads the voltage late."""
-        return bool(((self.entries["delayed"] == 1) & (self.entries["senses"] == 0)).any())
+        return len(self._late) > 0
 
     @property
     def delay(self) -> float:
         """By how much the voltage acts late, s."""
-        late = self.entries[(self.entries["delayed"] == 1) & (self.entries["senses"] == 0)]
-        return float(late["delay"].sum())
+        return float(self._late["delay"].sum())
 
     @property
     def longest_step(self) -> float:
@@ -132,18 +136,45 @@ def declared(rig: Rig) -> Declared:
     return replace(found, pace=max(_pace(entry, rig) for entry in found.entries))
 
 
+# Rest, and turning with all inner states wound up either way, beyond any play.
+_STANDS = (0.0, 0.0), (1.0, -10.0), (1.0, 10.0)
+
+
 def _pace(entry: np.ndarray, rig: Rig) -> float:
-    count, slopes = int(entry["states"]), np.zeros((5, MOST_STATES))
+    """See `Declared.pace`; where the motion makes a difference the steps ask for it themselves."""
+    count, found = int(entry["states"]), np.zeros((len(_STANDS), 5, MOST_STATES))
     if count == 0 or entry["idle"]:
         return 0.0
     signal, ports = np.zeros(1, dtype=SIGNAL)[0], np.zeros(1, dtype=PORTS)[0]
-    fastest_at_rest(kernel_record(rig)[0], entry.copy(), signal, ports, slopes)
-    return float(np.abs(np.linalg.eigvals(slopes[:count, :count])).max())
+    for stand, slopes in zip(_STANDS, found, strict=True):
+        slopes_when(kernel_record(rig)[0], entry.copy(), signal, ports, *stand, slopes)
+    found = found[:, :count, :count]
+    # Beside the largest slope what rounding leaves of a difference of rates is far below this.
+    entry["paced"] = np.ptp(found, axis=0).max() > 1e-5 * np.abs(found).max()
+    return 0.0 if entry["paced"] else float(np.abs(np.linalg.eigvals(found[0])).max())
 
 
 def bundled(effects: Sequence[tuple[Effect, FloatArray]]) -> Declared:
     """Effects with their numbers as the compiled code reads them."""
     return _laid_out([_entry(effect, numbers) for effect, numbers in effects])
+
+
+def slope_code(entry: Mapping[str, Any]) -> int:
+    """What compiled code calls an effect of a rig by in complex arithmetic, for exact derivatives.
+
+    Raises:
+        InputError: its function cannot be compiled so.
+    """
+    name = str(entry["id"])
+    table = tabulated if is_located(entry) else sampled
+    kernel = table if name == "table" else LIBRARY[name].kernel
+    try:
+        return int(kernel.address_for(RESPOND_SLOPES))
+    except NumbaError as error:
+        raise InputError(
+            f"sensitivity is not offered with effect {name}: its function cannot be evaluated in "
+            "complex arithmetic; take cos, exp and the like from numpy and compare real parts"
+        ) from error
 
 
 def _laid_out(rows: Sequence[_Row]) -> Declared:
@@ -162,7 +193,7 @@ def _laid_out(rows: Sequence[_Row]) -> Declared:
             f"the effects have {found.inner} inner states and {found.switches} switches together, "
             f"more than {MOST_INNER} and {MOST_BRANCHES}: leave some out"
         )
-    if np.count_nonzero((entries["delayed"] == 1) & (entries["senses"] == 0)) > 1:
+    if len(found._late) > 1:
         raise InputError("the voltage is delayed by two effects: give one with the whole delay")
     if np.count_nonzero(entries["drives"]) > 1:
         raise InputError("the motor is put behind two gears by two effects: leave one out")

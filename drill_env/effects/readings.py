@@ -6,15 +6,9 @@ from drill_env.effects.signal import respond
 
 @kernel
 def errors_in(p, entries, s, out, inner, late):
-    """Errors (rad) of both encoders at the signal go to the ports.
+    """Errors (rad) of both encoders at the signal `s`, which is filled, go to the ports.
 
-    Args:
-        p: record of `PARAMETERS`.
-        entries: records of `ENTRY`.
-        s: record of `SIGNAL`, filled.
-        out: record of `PORTS`.
-        inner: inner states of all effects, shape (inner,).
-        late: theta_u and theta_l of each effect's delay ago, rad, shape (effects, 2).
+    Args as of `errors_at`, of one sample.
     """
     out.angle_u = out.angle_l = 0.0
     s.choose, s.first = 1, 0

@@ -11,10 +11,7 @@ SIGNAL = np.dtype(
     [
         ("first", "i8"),  # 1 where the inner states take their first values
         ("choose", "i8"),  # 1 where branches follow their functions at once
-        (
-            "settle",
-            "i8",
-        ),  # 1 where a switch has just closed: what it brings to rest may be put there
+        ("settle", "i8"),  # 1 where a switch has just closed: it may put to rest what it ends
         ("rest_u", "i8"),  # whether the disc sticks
         ("rest_l", "i8"),
         ("t", "f8"),  # since the start, s
@@ -60,7 +57,7 @@ PORTS = np.dtype(
 )
 """Where an effect enters the equations of motion; each adds to what is already there."""
 
-MOST_NUMBERS, MOST_STATES, MOST_SWITCHES = 8, 4, 4
+MOST_NUMBERS, MOST_STATES, MOST_SWITCHES = 8, 4, 5
 # Of all effects of a rig together.
 MOST_INNER, MOST_BRANCHES = 24, 32
 
@@ -75,6 +72,7 @@ ENTRY = np.dtype(
         ("reads_law", "i8"),  # whether it reads the lower disc's own friction
         ("moves_law", "i8"),  # whether it has the lower law read at another speed
         ("drives", "i8"),  # whether it puts a motor of its own between voltage and disc
+        ("paced", "i8"),  # whether the motion sets how fast its inner states relax
         ("upper", "i8"),  # whether it acts on the upper disc alone
         ("states", "i8"),
         ("switches", "i8"),

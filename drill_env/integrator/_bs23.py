@@ -3,12 +3,15 @@
 The filter integrates from sample to sample; a higher order buys it digits below its tolerance.
 """
 
+from math import sqrt
+
 from numba import int64
 
-from drill_env._jit import inlined, kernel, unit
+from drill_env._jit import kernel, unit
 from drill_env.integrator._stage import along, fill_forces, keep_stage
+from drill_env.integrator._step import inner_errors, scaled
 from drill_env.integrator.records import N_STATE
-from drill_env.integrator.signatures import FILL
+from drill_env.integrator.signatures import FILL, STEP
 
 STAGES = 3
 
@@ -34,14 +37,21 @@ def bs23_stages(p, run, work, tab, h):
     keep_stage(p, run, work, tab, h, int64(STAGES), end)
 
 
-@inlined
-def bs23_error(k, i):
-    """Rate of the error estimate of state component `i`."""
-    return E0 * k[0, i] + E1 * k[1, i] + E2 * k[2, i] + E3 * k[3, i]
+@unit(STEP)
+def bs23_step(p, run, work, tab, h):
+    """Fill the stages; returns the scaled error, of which at most 1 is accepted."""
+    bs23_stages(p, run, work, tab, h)
+    k, total = work.k, 0.0
+    for i in range(3):
+        error = E0 * k[0, i] + E1 * k[1, i] + E2 * k[2, i] + E3 * k[3, i]
+        total += (error * scaled(work, i, tab.stages)) ** 2
+    if work.inner != 0:
+        total += inner_errors(work, tab)[0]
+    return h * sqrt(total / (3.0 + work.inner))
 
 
-@inlined
-def bs23_dense(work, h):
+@unit(FILL)
+def bs23_fill(p, run, work, tab, h):
     """Monomial coefficients of the state over the step."""
     k, d = work.k, work.dense
     for i in range(N_STATE):

@@ -1,4 +1,4 @@
-"""Compiled start of a step and its dense output.
+"""Compiled start of a step, its error and its dense output.
 
 The start of the step is stage 0 of `work.ys`; the state at its end stage `tab.stages`.
 """
@@ -41,3 +41,26 @@ def inner_dense(work, tab, h):
             for j in range(tab.stages + tab.extra + 1):
                 total += tab.dense[j, m] * work.kz[j, r]
             work.dense_z[r, m] = h * total
+
+
+@inlined
+def scaled(work, i, last):
+    """Reciprocal of the error allowed in state component `i`."""
+    size = max(abs(work.ys[0, i]), abs(work.ys[last, i]))
+    return 1.0 / (work.atol + work.rtol * size)
+
+
+@kernel
+def inner_errors(work, tab):
+    """Squared scaled errors of the inner states by both estimates, before the step's length."""
+    n, high2, low2 = tab.stages, 0.0, 0.0
+    for r in range(work.inner):
+        high = low = 0.0
+        for j in range(n + 1):
+            high += tab.error_high[j] * work.kz[j, r]
+            low += tab.error_low[j] * work.kz[j, r]
+        size = max(abs(work.zs[0, r]), abs(work.zs[n, r]))
+        scale = 1.0 / (work.atol + work.rtol * size)
+        high2 += (high * scale) ** 2
+        low2 += (low * scale) ** 2
+    return high2, low2

@@ -3,6 +3,7 @@
 from math import inf
 
 from drill_env._jit import inlined, kernel, number_at
+from drill_env.effects.pace import REACH
 
 DONE, LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS = 0, 1, 2, 3
 
@@ -26,6 +27,8 @@ def choose_step(run, work):
         target = min(target, next_sample(run, work))
     limit = target - run.t
     h = min(run.h, work.max_step)
+    if work.pace[0] > 0.0:
+        h = min(h, REACH / work.pace[0])
     if run.chatter >= CHATTER_LIMIT:
         h = min(h, _CHATTER_STEP)
     if h >= limit * (1.0 - 1e-9):

@@ -15,27 +15,29 @@ def load_piece(run, work):
     work.has_rates = 0
 
 
+@inlined
+def polynomial_at(work, coefficients, n, t):
+    """Value at time `t` (s) of a polynomial in the share of the present piece."""
+    s = (t - work.start) / (work.end - work.start)
+    value = 0.0
+    for i in range(n - 1, -1, -1):
+        value = value * s + coefficients[i]
+    return value
+
+
 @kernel
 def voltage_at(work, t):
     """Voltage (V) of the present piece at time `t` (s)."""
     n = work.coefficients
     if n == 1:
         return work.piece[0]
-    s = (t - work.start) / (work.end - work.start)
-    value = work.piece[n - 1]
-    for i in range(n - 2, -1, -1):
-        value = value * s + work.piece[i]
-    return value
+    return polynomial_at(work, work.piece, n, t)
 
 
 @inlined
 def past_voltage_at(work, t):
     """Voltage (V) that held a delay before `t` (s)."""
-    s = (t - work.start) / (work.end - work.start)
-    value = 0.0
-    for i in range(work.late - 1, -1, -1):
-        value = value * s + work.past[i]
-    return value
+    return polynomial_at(work, work.past, work.late, t)
 
 
 @inlined

@@ -2,17 +2,10 @@
 
 from numba import int64
 
-from drill_env._jit import (
-    address_of,
-    entry,
-    inlined,
-    kernel,
-    store_number,
-    store_whole,
-    unit,
-)
+from drill_env._jit import address_of, entry, inlined, kernel, unit
 from drill_env.integrator._events import first_event
-from drill_env.integrator._step import dense_at, fill_rates, inner_at, inner_dense
+from drill_env.integrator._samples import rest_to_end, write_samples
+from drill_env.integrator._step import fill_rates, inner_dense
 from drill_env.integrator._step_size import (
     CHATTER_LIMIT,
     DONE,
@@ -23,7 +16,6 @@ from drill_env.integrator._step_size import (
     next_sample,
     reject,
 )
-from drill_env.integrator._variational import copy_sensitivity
 from drill_env.integrator._voltage_piece import load_piece, voltage_at
 from drill_env.integrator.modes import change, note_turn, overdue
 from drill_env.integrator.records import LOWER_LAW, N_STATE
@@ -78,56 +70,6 @@ def nothing_moves(run, work):
 
 
 @kernel
-def rest_to_end(run, work):
-    """Both discs stuck under a constant voltage: nothing moves until the piece ends."""
-    while next_sample(run, work) <= work.end:
-        for i in range(N_STATE):
-            store_number(work.out, run.sample * N_STATE + i, run.y[i])
-        if work.inner_out != 0:
-            for r in range(work.inner):
-                store_number(work.inner_out, run.sample * work.inner + r, run.z[r])
-        end_sample(run, work)
-    run.t = work.end
-    run.chatter = 0
-
-
-@inlined
-def end_sample(run, work):
-    """What is the same over a whole step at the present sample."""
-    store_whole(work.modes, 2 * run.sample, run.mode[0])
-    store_whole(work.modes, 2 * run.sample + 1, run.mode[1])
-    if work.sensitivity:
-        copy_sensitivity(work, run.sample)
-    run.sample += 1
-
-
-@inlined
-def sample_at(work, tab, i, s):
-    """As `dense_at`, written out for the pair of the environments, most of whose reads are here."""
-    if tab.degree != 4:
-        return dense_at(work, tab, i, s)
-    d = work.dense
-    value = ((d[i, 3] * s + d[i, 2]) * s + d[i, 1]) * s + d[i, 0]
-    return work.ys[0, i] + value * s
-
-
-@inlined
-def write_samples(run, work, tab, h, t_new):
-    """Fill the samples in (t, t_new]."""
-    while next_sample(run, work) <= t_new:
-        now, row = next_sample(run, work), run.sample
-        s = (now - run.t) / h
-        for i in range(N_STATE):
-            value = work.ys[tab.stages, i] if now == t_new else sample_at(work, tab, i, s)
-            store_number(work.out, row * N_STATE + i, value)
-        if work.inner_out != 0:
-            for r in range(work.inner):
-                value = work.zs[tab.stages, r] if now == t_new else inner_at(work, tab, r, s)
-                store_number(work.inner_out, row * work.inner + r, value)
-        end_sample(run, work)
-
-
-@kernel
 def finish_step(p, run, work, tab, h, t_new):
     """Accept the step: samples, turning points, sensitivities, new state."""
     last = tab.stages
@@ -166,6 +108,7 @@ def keep_inner(run, work, last):
     for r in range(work.inner):
         run.z[r] = work.zs[0, r] = work.zs[last, r]
         work.kz[0, r] = work.kz[last, r]
+    work.pace[0] = work.pace[1]
     for j in range(3 + work.switches):
         work.gaps[0, j] = work.gaps[last, j]
     if work.asked == last:

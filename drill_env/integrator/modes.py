@@ -30,6 +30,12 @@ def start_mode(p, run, u):
             run.mode[which] = 0 if margin >= 0.0 else sign
         else:
             run.mode[which] = 1 if omega > 0.0 else -1
+    start_clamp(p, run)
+
+
+@kernel
+def start_clamp(p, run):
+    """Range of the clamped law in which the lower disc's speed lies."""
     run.mode[2] = 0
     if p.clamp:
         speed = abs(run.y[2])
@@ -147,5 +153,5 @@ def change(which, p, run, work, tab, u):
 
 @entry
 def start_any(p, run, work, tab, code, wanted, u):
-    """See `_effects.start_with_effects`, whose address is `code`."""
+    """See `switching.start_with_effects`, whose address is `code`."""
     return call_change(code, p, run, work, tab, wanted, u)

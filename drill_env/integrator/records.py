@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drill_env.effects.signal import MOST_BRANCHES, MOST_INNER, PORTS, SIGNAL
+from drill_env.effects.signal import MOST_BRANCHES, MOST_INNER, MOST_STATES, PORTS, SIGNAL
 from drill_env.parameters.record import N_PARAMETERS
 
 N_STATE = 4
@@ -53,6 +53,7 @@ WORK = np.dtype(
         ("atol", "f8"),
         ("event_tol", "f8"),  # event function below which its zero is taken as found
         ("max_step", "f8"),
+        ("pace", "f8", (2,)),  # fastest rate (1/s) of an inner state at a step's start and end
         ("max_steps", "i8"),
         ("extrema", "i8"),
         ("sensitivity", "i8"),
@@ -84,10 +85,9 @@ WORK = np.dtype(
         ("ks", "f8", (MAX_STAGES, N_STATE, N_COLUMNS)),
         ("stage", "f8", (N_STATE, N_COLUMNS)),
         ("jac", "f8", (4,)),
-        ("rates", "f8", (2, N_PARAMETERS)),
-        # Of a short tableau's stages: slope of the lower law, forcing of every column.
-        ("slopes", "f8", (6,)),
-        ("force", "f8", (6, 2, N_COLUMNS)),
+        # Of the stages: slope of the lower law, forcing of every column.
+        ("slopes", "f8", (MAX_STAGES,)),
+        ("force", "f8", (MAX_STAGES, 2, N_COLUMNS)),
         # Of rigs with effects: address and count of their entries, and working arrays.
         ("effects", "i8"),
         ("acting", "i8"),
@@ -108,6 +108,7 @@ WORK = np.dtype(
         ("held", "f8", (2, 2)),
         ("driving", "f8", (2, 2)),
         ("kz_sides", "f8", (2, MOST_INNER)),  # rates of the inner states on both sides
+        ("z_slopes", "f8", (5, MOST_STATES)),  # how these rates change with the inner states
         ("gap_sides", "f8", (2, MOST_BRANCHES)),  # and functions of the switches
         ("signal", SIGNAL),
         ("ports", PORTS),

@@ -6,7 +6,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env.effects import LIBRARY
-from drill_env.effects.declared import Declared
+from drill_env.effects.declared import Declared, slope_code
 from drill_env.effects.signal import (
     ENTRY_SLOPES,
     MOST_BRANCHES,
@@ -15,7 +15,6 @@ from drill_env.effects.signal import (
     PORTS_SLOPES,
     SIGNAL_SLOPES,
 )
-from drill_env.effects.sloped import slope_code
 from drill_env.integrator.records import MAX_STAGES, MOST_COLUMNS, N_STATE
 from drill_env.parameters import SYMBOLS, Rig
 

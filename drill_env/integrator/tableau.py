@@ -7,26 +7,15 @@ from numpy.polynomial import polynomial as poly
 from scipy import integrate
 
 from drill_env._types import FloatArray
-from drill_env.integrator._bs23 import bs23_sensitivity
-from drill_env.integrator._dopri5_variational import dopri5_sensitivity
+from drill_env.integrator._bs23 import bs23_fill, bs23_sensitivity, bs23_step
+from drill_env.integrator._dop853 import dop853_fill, dop853_step
+from drill_env.integrator._dopri5 import dopri5_fill, dopri5_sensitivity, dopri5_step
 from drill_env.integrator._effect_slopes import carry_with_effects, jump_after_event, mark_event
-from drill_env.integrator._pairs import (
-    bs23_fill,
-    bs23_step,
-    dop853_fill,
-    dop853_step,
-    dopri5_fill,
-    dopri5_step,
-)
 from drill_env.integrator._variational import step_sensitivity
-from drill_env.integrator.acting import (
-    change_with_effects,
-    gap_with_effects,
-    rates_with_effects,
-    stage_with_effects,
-)
+from drill_env.integrator.acting import gap_with_effects, rates_with_effects, stage_with_effects
 from drill_env.integrator.advance import run_pieces
 from drill_env.integrator.records import MAX_STAGES, TABLEAU
+from drill_env.integrator.switching import change_with_effects
 
 
 def _dop853_dense() -> FloatArray:

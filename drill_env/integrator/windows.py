@@ -11,9 +11,9 @@ from drill_env.effects.along import Motion, inner_states, reading_errors
 from drill_env.effects.declared import Declared
 from drill_env.effects.signal import RESTING
 from drill_env.integrator._windows import run_windows
-from drill_env.integrator.acting import start_with_effects
 from drill_env.integrator.prepared import Prepared
 from drill_env.integrator.records import EVENT, N_STATE, RUN, STEPS_PER_PERIOD, new_work
+from drill_env.integrator.switching import start_with_effects
 from drill_env.parameters import Rig
 
 # A window of a sensible rig takes some hundreds.
@@ -72,7 +72,8 @@ class Windows:
         self, prepared: Prepared, rig: Rig, motion: Motion, shift: float, rtol: float
     ) -> tuple[FloatArray, FloatArray]:
         effects, (w, k) = prepared.effects, self.rows.shape
-        work, run = new_work(rtol, 0.1 * rtol, rig.natural_period / STEPS_PER_PERIOD), _fresh()
+        run = np.zeros(1, dtype=RUN)
+        work = new_work(rtol, 0.1 * rtol, rig.natural_period / STEPS_PER_PERIOD)
         work["max_steps"] = _MOST_STEPS
         prepared.equip(work)
         breaks, pieces = _pieces(motion, self, effects, shift)
@@ -112,10 +113,6 @@ class Windows:
             late[:, j] += delayed(motion, float(delays[j]))[rows]
         found = prepared.errors(motion.t[rows], flat, inner, late)
         return found.reshape(*states.shape[:2], 2)
-
-
-def _fresh() -> np.ndarray:
-    return np.zeros(1, dtype=RUN)
 
 
 def delayed(motion: Motion, delay: float) -> FloatArray:

@@ -1,1 +1,1 @@
-"""The effects that come with the package: one file each, found by being here."""
+"""The effects that come with the package, each one declaration, found by being here."""

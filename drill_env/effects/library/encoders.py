@@ -1,0 +1,111 @@
+"""Errors of the encoders of both discs."""
+
+from functools import partial
+
+from numpy import cos
+
+from drill_env.effects._effect import amplitude, effect, phase, shape
+from drill_env.effects.signal import branch
+
+sensor = partial(effect, "sensor")
+
+
+@sensor(
+    "omega_l",
+    "The lower encoder reports late.",
+    shape("delay", "s", (0.01, 0.02, 0.03, 0.05, 0.08, 0.12), low=0.0, high=0.5),
+    delay="delay",
+    neighbours=("string_damping",),
+    senses=True,
+)
+def encoder_delay_lower(p, e, s, out):
+    """theta_l(t - delay) - theta_l(t) on the reading."""
+    out.angle_l += e.theta_l_late - s.theta_l
+
+
+@sensor(
+    "omega_u",
+    "The upper encoder reports late.",
+    shape("delay", "s", (0.01, 0.02, 0.03, 0.05, 0.08, 0.12), low=0.0, high=0.5),
+    delay="delay",
+    neighbours=("input_delay",),
+    senses=True,
+)
+def encoder_delay_upper(p, e, s, out):
+    """theta_u(t - delay) - theta_u(t) on the reading."""
+    out.angle_u += e.theta_u_late - s.theta_u
+
+
+@sensor(
+    "theta_l",
+    "The lower encoder's disc is off centre.",
+    amplitude("error", "rad", 0.003, most=0.5, signed=False),
+    phase(),
+    neighbours=("unbalance",),
+    senses=True,
+)
+def encoder_eccentricity_lower(p, e, s, out):
+    """error cos(theta_l + phase) on the reading."""
+    out.angle_l += e.q[0] * cos(s.theta_l + e.q[1])
+
+
+@sensor(
+    "theta_u",
+    "The upper encoder's disc is off centre.",
+    amplitude("error", "rad", 0.003, most=0.5, signed=False),
+    phase(),
+    neighbours=("gear_eccentricity",),
+    senses=True,
+)
+def encoder_eccentricity_upper(p, e, s, out):
+    """error cos(theta_u + phase) on the reading."""
+    out.angle_u += e.q[0] * cos(s.theta_u + e.q[1])
+
+
+@sensor(
+    "theta_l",
+    "The lower encoder's counts per revolution are wrong.",
+    amplitude("error", "1", 0.001, most=0.5),
+    neighbours=("missed_counts_lower",),
+    senses=True,
+)
+def encoder_gain_lower(p, e, s, out):
+    """error theta_l on the reading."""
+    out.angle_l += e.q[0] * s.theta_l
+
+
+@sensor(
+    "omega_l",
+    "The lower encoder loses counts when it turns fast.",
+    amplitude("share", "1", 0.001, most=0.5, signed=False),
+    shape("speed", "rad/s", (2.0, 4.0, 6.0, 8.0, 10.0), low=0.0, high=100.0),
+    states=1,
+    switches=2,
+    neighbours=("encoder_gain_lower",),
+    senses=True,
+)
+def missed_counts_lower(p, e, s, out):
+    """-share of the way above the speed on the reading."""
+    if s.first:
+        e.z[0] = 0.0
+    forward, backward = branch(e, s, 0, s.omega_l - e.q[1]), branch(e, s, 1, -s.omega_l - e.q[1])
+    e.rate[0] = s.omega_l if forward > 0 or backward > 0 else 0.0
+    out.angle_l -= e.q[0] * e.z[0]
+
+
+@sensor(
+    "omega_u",
+    "The upper encoder loses counts when it turns fast.",
+    amplitude("share", "1", 0.001, most=0.5, signed=False),
+    shape("speed", "rad/s", (2.0, 4.0, 6.0, 8.0, 10.0), low=0.0, high=100.0),
+    states=1,
+    switches=2,
+    senses=True,
+)
+def missed_counts_upper(p, e, s, out):
+    """-share of the way above the speed on the reading."""
+    if s.first:
+        e.z[0] = 0.0
+    forward, backward = branch(e, s, 0, s.omega_u - e.q[1]), branch(e, s, 1, -s.omega_u - e.q[1])
+    e.rate[0] = s.omega_u if forward > 0 or backward > 0 else 0.0
+    out.angle_u -= e.q[0] * e.z[0]
