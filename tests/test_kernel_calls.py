@@ -18,19 +18,32 @@ FILES = [
 ]
 
 
-def decorated(node):
+def decorated(node, effects):
     names = {
         getattr(d, "id", getattr(getattr(d, "func", d), "id", "")) for d in node.decorator_list
     }
-    return bool(names & {*MADE, "unit", "response"})
+    return bool(names & {*MADE, "unit", "response", "effect", *effects})
+
+
+def effects_of_one_part(tree):
+    """Names that a file gives to the decorator `effect` with its first arguments filled in."""
+    return {
+        target.id
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)
+        if getattr(node.value.func, "id", "") == "partial"
+        if getattr(node.value.args[0], "id", "") == "effect"
+        for target in node.targets
+        if isinstance(target, ast.Name)
+    }
 
 
 def called_from_python(tree):
     """Names that are used outside of kernels."""
-    pending, names = [tree], set()
+    pending, names, effects = [tree], set(), effects_of_one_part(tree)
     while pending:
         node = pending.pop()
-        if isinstance(node, ast.FunctionDef) and decorated(node):
+        if isinstance(node, ast.FunctionDef) and decorated(node, effects):
             continue
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
             names.add(node.id)
@@ -52,7 +65,11 @@ def imported(tree, path):
         if not source.startswith((".", "drill_env", "baselines", "agents")):
             continue
         for name in node.names:
-            found = getattr(importlib.import_module(source, module.rpartition(".")[0]), name.name)
+            # As the statement does: a module that was not imported yet is no attribute.
+            given = importlib.import_module(source, module.rpartition(".")[0])
+            found = getattr(given, name.name, None)
+            if found is None:
+                found = importlib.import_module(f"{given.__name__}.{name.name}")
             scope.setdefault(name.asname or name.name, found)
     return scope
 
