@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from benchmarks.rig_maker import quasi_random
 from drill_env import Rig
 from drill_env._errors import InputError
-from drill_env.diagnosis.diagnose import diagnose
+from drill_env.diagnosis.base import base_fit
+from drill_env.diagnosis.diagnose import _scale, diagnose
+from drill_env.diagnosis.offered import free_parameters
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.identification.closed_loop import simulate_closed_loop
 from drill_env.identification.known_loads import loaded, mean_loads
@@ -102,6 +105,26 @@ def test_the_filter_takes_a_load_for_known(name, size):
     later = t > 2.0
     assert np.sqrt(np.mean(with_it[later] ** 2)) < 0.05 * load.std()
     assert np.corrcoef(without[later, place], load[later])[0, 1] > 0.9
+
+
+def test_a_measured_load_tells_the_scale_of_torque():
+    """A voltage alone leaves it open, so that Ju has to be held."""
+    rig, step = Rig.paper(), 2.0 * math.pi / 8192
+    given = rig.replace(Ju=1.04 * rig.Ju, km=0.97 * rig.km)
+    t, samples = np.arange(int(30 * RATE)) / RATE, []
+    for seed in (1, 2):
+        rng = np.random.default_rng(seed)
+        u = 3.0 + 1.5 * quasi_random(rng, 30.0, RATE, 2.0)
+        loads = {"load_u": 1.5 * shaken(t + seed), "load_l": 0.03 * shaken(t - seed)}
+        known = Recording(t, u, source="rig", **loads)
+        run = simulate(loaded(rig, known), sampled_voltage(t, u), float(t[-1]), t_eval=t)
+        read = step * np.round((run.readings + rng.normal(0.0, 4e-4, run.readings.shape)) / step)
+        read = replace(known, theta_u=read[:, 0], theta_l=read[:, 1])
+        samples.append(prepare(replace(read, quanta={"theta_u": step, "theta_l": step}), given))
+    assert "Ju" not in free_parameters(given)
+    found = base_fit(samples, given, free_parameters(given, scale=_scale(samples, {})))[1].rig
+    assert found.Ju == pytest.approx(rig.Ju, rel=1e-3)
+    assert found.km == pytest.approx(rig.km, rel=1e-3)
 
 
 def test_loads_are_read_with_their_units_and_delays(tmp_path):
