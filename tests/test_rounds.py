@@ -53,6 +53,9 @@ def test_a_step_of_friction_at_the_start_is_the_rigs_own(time: float, told: bool
         ("actuator_lag", (20.0,), True),
         # All of the friction is the motor's, and hardly any damping: no end of a search.
         ("gear_compliance", (20.0, 0.3, 1.0, 0.002), False),
+        # Damped until no critical speed shows.
+        ("whirl_drag", (0.2, 5.0, 0.7071), True),
+        ("whirl_drag", (0.2, 5.0, 0.4), False),
         # None at all.
         ("missed_counts_lower", (0.1, 0.0), False),
     ],

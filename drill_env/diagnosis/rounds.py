@@ -168,14 +168,16 @@ def limit_reached(term: Term) -> str | None:
 def at_range_end(term: Term) -> bool:
     """Whether a number came to the end of its range, so that it is not determined.
 
-    The least of what may be none, 0, is no such end, nor are those of shares and damping ratios:
+    The least of what may be none, 0, is no such end, nor is that of a ratio or the most of a share:
     there physics ends and not the search.
     """
     if not isinstance(term.source, Named):
         return False
     pairs = zip(term.source.effect.parameters, term.q.tolist(), strict=True)
-    told = [(p, value) for p, value in pairs if p.role == "shape" and p.unit != "1"]
-    return any(0.0 < p.low >= (1.0 - _END) * v or v >= (1.0 - _END) * p.high for p, v in told)
+    told = [(p, value) for p, value in pairs if p.role == "shape"]
+    least = any(0.0 < p.low >= (1.0 - _END) * v for p, v in told if p.unit != "1")
+    most = (v >= (1.0 - _END) * p.high for p, v in told if not p.name.endswith("share"))
+    return least or any(most)
 
 
 def _longest(attempt: Attempt) -> float:

@@ -27,6 +27,7 @@ class Row:
         numbers: how many it has.
         windows: gain of each unseen window, shape (w,).
         weight: probability among the listed models, see `weighed`; 0 where it is not listed.
+        leads: at how many each window was predicted.
     """
 
     id: str
@@ -37,6 +38,7 @@ class Row:
     numbers: int
     windows: FloatArray
     weight: float = 0.0
+    leads: int = 1
 
 
 def row_of(name: str, numbers: int, gains: FloatArray, recordings: Sequence[int]) -> Row:
@@ -52,7 +54,8 @@ def row_of(name: str, numbers: int, gains: FloatArray, recordings: Sequence[int]
     error = standard_error(windows, recordings)
     gain = float(windows.sum())
     z = gain / error if error > 0.0 else 0.0
-    return Row(name, gain, error, z, tuple(gains.sum(axis=0).tolist()), numbers, windows)
+    by_lead = tuple(gains.sum(axis=0).tolist())
+    return Row(name, gain, error, z, by_lead, numbers, windows, leads=gains.shape[1])
 
 
 def row_of_gains(name: str, numbers: int, windows: FloatArray) -> Row:
@@ -103,7 +106,7 @@ def weighed(rows: Sequence[Row], odds: Sequence[float], seed: int = 0) -> FloatA
     """
     if not rows:
         return np.zeros(0)
-    gains = np.stack([row.windows / len(row.by_lead) for row in rows])
+    gains = np.stack([row.windows / row.leads for row in rows])
     count = gains.shape[1]
     draws = np.random.default_rng(seed).dirichlet(np.ones(count), _DRAWS) * count
     prior = np.log(odds) - np.array([row.numbers for row in rows])
