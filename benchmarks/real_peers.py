@@ -6,7 +6,7 @@ python -m benchmarks.real_peers --recordings ../shared/recordings \
 The diagnosis, a yardstick (one file that fits by simulated windows) and plain least squares of the
 torque balance each make a model of the same recordings. Every model is then simulated by the
 yardstick's own code in its own windows of recordings that were not fitted, begun from its own
-starts: that favours it. Least squares is told which terms the machine has.
+starts: that favours it. Least squares is given the terms that the machine has.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Peered:
 
     Attributes:
         machine: as in `benchmarks.real_rigs`.
-        terms: that least squares is told of.
+        terms: that least squares is given.
     """
 
     machine: str

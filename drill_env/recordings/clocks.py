@@ -27,8 +27,8 @@ def on_rows(
 
     Its rows stay, but for those in which the drive or a load is then not known. The drive gets its
     mean over each row, since it is held on its own clock; a load is straight between its samples. A
-    reading gets the sample that stands at the row,
-    within 1 % of the usual interval, and is else missing, or interpolated if that is asked for.
+    reading gets the sample that stands at the row, within 1 % of the usual interval, and is else
+    missing, or interpolated if that is asked for.
 
     Args:
         recording: gives the rows.

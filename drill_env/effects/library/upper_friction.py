@@ -64,8 +64,8 @@ def upper_coulomb(p, e, s, out):
     out.size_u += e.q[0]
 
 
-# Of the lagging torque, which holds a disc at rest where all else holds it by less: the share of
-# nothing is not told.
+# Share of the lagging torque that holds a disc at rest where all else holds it by less: how much of
+# the lag is taken up is a ratio to what is left, and undetermined where nothing is.
 _LEAST = 0.01
 
 
