@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,9 +16,9 @@ from drill_env.diagnosis.lost_counts import LostCounts
 from drill_env.diagnosis.offered import is_parameter
 from drill_env.diagnosis.probability import of_gain, probability
 from drill_env.diagnosis.result import NamedEffect, Number
-from drill_env.diagnosis.rounds import Found, is_named
+from drill_env.diagnosis.rounds import Found, completed_by, is_named
 from drill_env.diagnosis.strikes import Once
-from drill_env.diagnosis.terms import Named
+from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 
 
@@ -35,13 +36,20 @@ def named_effects(
     effects = []
     if law is not None:
         effects.append(_law_effect(found, law.gain, scale))
-    lost = {effect.id: effect for effect in _lost_counts(found)}
+    lost, told = {effect.id: effect for effect in _lost_counts(found)}, list[Term]()
     for term in found.final.terms:
         if term.id in lost:
             effects.append(lost.pop(term.id))
         if not isinstance(term.source, Named) or not is_named(term):
             continue
         effect = term.source.effect
+        whole = completed_by(term, told)
+        if whole is not None:
+            place = [e.id for e in effects].index(whole.id)
+            rest = effects[place].rest | {effect.id: numbers_of(found.final, term, scale)}
+            effects[place] = replace(effects[place], rest=rest)
+            continue
+        told.append(term)
         effects.append(
             NamedEffect(
                 effect.id, effect.component, probability(found, term.id),

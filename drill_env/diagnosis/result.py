@@ -63,7 +63,19 @@ class Located:
 
 @dataclass(frozen=True, slots=True)
 class NamedEffect:
-    """An effect that is believed in."""
+    """An effect that is believed in.
+
+    Attributes:
+        id: in the library.
+        component: where it sits.
+        probability: that it is this one.
+        parameters: its numbers.
+        formula: in their names.
+        meaning: one plain sentence.
+        alias_class: effects that no recording tells from it.
+        rest: where its law differs from the library's, ids and numbers of the effects over the
+            same coordinate that describe the difference: all of them together are one law.
+    """
 
     id: str
     component: str
@@ -72,6 +84,7 @@ class NamedEffect:
     formula: str
     meaning: str
     alias_class: list[str]
+    rest: dict[str, dict[str, Number]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

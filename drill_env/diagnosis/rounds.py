@@ -14,6 +14,7 @@ from drill_env.diagnosis.scan import Scored
 from drill_env.diagnosis.shapes import own_functions
 from drill_env.diagnosis.terms import Named, Shape, Term
 from drill_env.diagnosis.waves import Wave
+from drill_env.effects import Effect
 
 NEEDED = 20.0
 """Gain of the information criterion at which an effect is as likely as none."""
@@ -137,6 +138,35 @@ def place_of(term: Term) -> tuple[str, str]:
     """Where a term acts: component and coordinate."""
     source = term.source.effect if isinstance(term.source, Named) else term.source
     return source.component, source.depends_on
+
+
+def completed_by(term: Term, terms: Sequence[Term]) -> Term | None:
+    """The name among `terms` whose law another one only completes.
+
+    Two functions of one coordinate at one place are one law there. Of two that are easily confused
+    with each other the second is what the first one's formula lacks, and no other cause.
+    """
+    own = _plain_law(term)
+    if own is None:
+        return None
+    for other in terms:
+        law = _plain_law(other)
+        confused = law is not None and own.id in law.neighbours and law.id in own.neighbours
+        if confused and place_of(other) == place_of(term):
+            return other
+    return None
+
+
+def _plain_law(term: Term) -> Effect | None:
+    """The effect of a named term that is a law of the motion at hand: no swing, no memory.
+
+    What most machines have is a cause of its own beside anything.
+    """
+    effect = term.source.effect if isinstance(term.source, Named) else None
+    if effect is None or effect.common or effect.states or effect.delay:
+        return None
+    swings = any(p.role == "phase" for p in effect.parameters)
+    return None if swings or effect.depends_on == "time" else effect
 
 
 def at_its_limit(attempt: Attempt, others: Sequence[Attempt]) -> bool:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from drill_env._watch import ASKED
 from drill_env.diagnosis.probability import CONFUSED
 from drill_env.diagnosis.residual_torque import PREDICTABLE
-from drill_env.diagnosis.result import DiagnosisResult, Grade, NamedEffect, digits_of
+from drill_env.diagnosis.result import DiagnosisResult, Grade, NamedEffect, Number, digits_of
 
 _PLACES = {
     "actuator": "between the voltage and the motor's torque",
@@ -111,16 +111,25 @@ def _located(result: DiagnosisResult) -> list[str]:
 
 
 def _effect(effect: NamedEffect) -> str:
-    numbers = ", ".join(
-        f"{name} = {n.value:.{d}g} ({n.low:.{d}g} to {n.high:.{d}g}) {n.unit}".removesuffix(" 1")
-        for name, n in effect.parameters.items()
-        for d in (digits_of(n.value, n.low, n.high),)
-    )
     aliases = f"; no recording tells it from {', '.join(effect.alias_class)}" * bool(
         effect.alias_class
     )
+    rest = "".join(
+        f" Its law differs from the library's: {name} ({_numbers(numbers)}) over the same "
+        "coordinate describes the rest, and both together are one law."
+        for name, numbers in effect.rest.items()
+    )
     return (
-        f"{effect.meaning} {effect.id}: {numbers}; probability {effect.probability:.2f}{aliases}."
+        f"{effect.meaning} {effect.id}: {_numbers(effect.parameters)}; probability "
+        f"{effect.probability:.2f}{aliases}.{rest}"
+    )
+
+
+def _numbers(parameters: Mapping[str, Number]) -> str:
+    return ", ".join(
+        f"{name} = {n.value:.{d}g} ({n.low:.{d}g} to {n.high:.{d}g}) {n.unit}".removesuffix(" 1")
+        for name, n in parameters.items()
+        for d in (digits_of(n.value, n.low, n.high),)
     )
 
 
@@ -142,7 +151,9 @@ def _confusion(result: DiagnosisResult, rejected: Sequence[str], reason: str) ->
     ]
     if "follows" in result.fit:
         return lines
-    rivals = [a for a in result.alternatives if a.id not in rejected]
+    rivals = [
+        a for a in result.alternatives if a.id not in rejected and not _own_curve(result, a.id)
+    ]
     rivals.sort(key=lambda a: -a.probability)
     if rivals and rivals[0].probability >= CONFUSED:
         lines.append(
@@ -155,6 +166,14 @@ def _confusion(result: DiagnosisResult, rejected: Sequence[str], reason: str) ->
             f"{rivals[0].delta_bic:.0f} in the criterion."
         )
     return lines
+
+
+def _own_curve(result: DiagnosisResult, name: str) -> bool:
+    """Whether a candidate is the free function over the coordinate that a name found is a law of."""
+    where = result.located
+    if where is None or not result.effects:
+        return False
+    return name.startswith(f"{where.component}_") and name.endswith(f"_of_{where.depends_on}")
 
 
 def _gain(result: DiagnosisResult) -> list[str]:

@@ -52,7 +52,7 @@ def string_damping(p, e, s, out):
     "twist",
     "The string stiffens with twist.",
     amplitude("coefficient", "Nm/rad^3", 0.0001, most=HEAVIEST),
-    neighbours=("string_asymmetry",),
+    neighbours=("string_asymmetry", "string_play"),
 )
 def string_hardening(p, e, s, out):
     """-+coefficient twist^3."""
