@@ -169,7 +169,7 @@ def _confusion(result: DiagnosisResult, rejected: Sequence[str], reason: str) ->
 
 
 def _own_curve(result: DiagnosisResult, name: str) -> bool:
-    """Whether a candidate is the free function over the coordinate that a name found is a law of."""
+    """Whether a candidate is the free function over the coordinate of the name that was found."""
     where = result.located
     if where is None or not result.effects:
         return False
