@@ -35,7 +35,7 @@ class Prepared:
         self.effects: Declared = declared(rig)
         self.pair = tableau(method, sensitivity, self.effects.acts)
         wanted = sensitivity and self.effects.acts
-        self.slopes = Slopes(rig, self.effects) if wanted else None
+        self.slopes = Slopes(rig, self.effects, self.p[0]) if wanted else None
 
     def equip(self, work: np.ndarray) -> None:
         """Tell the working arrays of the effects."""

@@ -35,7 +35,11 @@ SLOPES = np.dtype(
         ("width", "i8"),  # those before the columns by the first inner states
         ("effect", "i8", (MOST_COLUMNS,)),  # whose number a column is of, -1 for none
         ("number", "i8", (MOST_COLUMNS,)),
-        ("entries", "i8"),
+        (
+            "entries",
+            "i8",
+        ),  # addresses: of the effects, and of `p`, which begins with the parameters
+        ("parameters", "i8"),
         ("gradient", "f8", (len(SYMBOLS),)),
         ("y", "c16", (N_STATE,)),
         ("z", "c16", (MOST_INNER,)),
@@ -71,12 +75,13 @@ class Slopes:
     Args:
         rig: parameters and effects.
         effects: the same effects as the compiled code reads them.
+        p: the same parameters, a record of `PARAMETERS`.
 
     Raises:
         InputError: an effect reads the past, cannot be differentiated, or there are too many.
     """
 
-    def __init__(self, rig: Rig, effects: Declared) -> None:
+    def __init__(self, rig: Rig, effects: Declared, p: np.void) -> None:
         if effects.reads_past:
             raise InputError(
                 "sensitivity is not offered with input_delay: what the voltage was would have to "
@@ -91,6 +96,9 @@ class Slopes:
         self.record = np.zeros(1, dtype=SLOPES)
         record = self.record[0]
         record["entries"] = self.entries.ctypes.data
+        record["parameters"] = self.record["p"].ctypes.data
+        for name in PARAMETERS_SLOPES.names or ():
+            record["p"][name] = p[name]
         record["effect"] = record["number"] = -1
         found = numbers(rig)
         self.width = FIRST_NUMBER + len(found)
