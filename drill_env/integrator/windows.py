@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drill_env._types import FloatArray, IntArray
-from drill_env.effects.along import Motion, inner_states, reading_errors
+from drill_env.effects.along import Motion, inner_states, late_angles, reading_errors
 from drill_env.effects.declared import Declared
+from drill_env.effects.readings import errors_of
 from drill_env.effects.signal import RESTING
 from drill_env.integrator._windows import run_windows
 from drill_env.integrator.prepared import Prepared
@@ -105,21 +106,13 @@ class Windows:
 
         A late encoder is no easier to predict for that: the error of its delay is the motion's.
         """
-        delays = prepared.effects.encoder_delays
-        flat, rows = states.reshape(-1, N_STATE), self.rows.ravel()
+        effects, rows = prepared.effects, self.rows.ravel()
+        flat = states.reshape(-1, N_STATE)
         angles = np.column_stack([flat[:, 0] + flat[:, 3], flat[:, 3]])
-        late = np.repeat(angles[:, np.newaxis], len(delays), axis=1)
-        for j in np.flatnonzero(delays > 0.0):
-            late[:, j] += delayed(motion, float(delays[j]))[rows]
-        found = prepared.errors(motion.t[rows], flat, inner, late)
+        since = [late_angles(motion, delay) - motion.angles for delay in effects.encoder_delays]
+        late = angles[:, np.newaxis] + np.stack(since, axis=1)[rows]
+        found = errors_of(prepared.p, effects.entries, motion.t[rows], flat, inner, late)
         return found.reshape(*states.shape[:2], 2)
-
-
-def delayed(motion: Motion, delay: float) -> FloatArray:
-    """Both angles so many s ago less those now, rad, shape (n, 2)."""
-    angles = np.column_stack([motion.states[:, 0] + motion.states[:, 3], motion.states[:, 3]])
-    columns = [np.interp(motion.t - delay, motion.t, a) - a for a in angles.T]
-    return np.column_stack(columns)
 
 
 def _without_errors(read: Motion, rig: Rig, effects: Declared) -> Motion:
@@ -141,7 +134,7 @@ def _ahead(read: Motion, effects: Declared) -> Motion:
     if not late.any():
         return read
     t, known = read.t, read.states
-    angles = np.column_stack([known[:, 0] + known[:, 3], known[:, 3]])
+    angles = read.angles
     speeds = known[:, 1:3].copy()
     for entry in effects.entries[late]:
         disc = 0 if entry["upper"] else 1
