@@ -11,7 +11,7 @@ from drill_env.integrator._step import fill_rates, inner_errors, scaled
 from drill_env.integrator.records import N_STATE
 from drill_env.integrator.signatures import FILL, STEP
 
-LAST = 12
+LAST, DEGREE = 12, 7
 # After the start's, the first stage that the solution, its error or its dense output read.
 FIRST_USED = 5
 
@@ -78,44 +78,22 @@ def dop853_step(p, run, work, tab, h):
     return h * high2 / sqrt((high2 + 0.01 * low2) * (3.0 + work.inner))
 
 
-@kernel
-def extra_stages(p, run, work, tab, h, first, last):
-    """Stages `first`..`last`, which serve the dense output alone."""
-    ys, k = work.ys, work.k
-    for i in range(first, last + 1):
-        d0 = d1 = d2 = d3 = 0.0
-        for j in range(i):
-            w = tab.a[i, j]
-            if w != 0.0:
-                d0 += w * k[j, 0]
-                d1 += w * k[j, 1]
-                d2 += w * k[j, 2]
-                d3 += w * k[j, 3]
-        ys[i, 0] = ys[0, 0] + h * d0
-        ys[i, 1] = ys[0, 1] + h * d1
-        ys[i, 2] = ys[0, 2] + h * d2
-        ys[i, 3] = ys[0, 3] + h * d3
-        fill_rates(p, run, work, tab, h, i)
-
-
 @unit(FILL)
 def dop853_fill(p, run, work, tab, h):
     """Monomial coefficients of the state over the step, with the stages that this takes."""
-    last = tab.stages + tab.extra
-    extra_stages(p, run, work, tab, h, tab.stages + 1, last)
-    k, d, w = work.k, work.dense, tab.dense
+    ys, k, d, last = work.ys, work.k, work.dense, tab.stages + tab.extra
+    for i in range(tab.stages + 1, last + 1):
+        for m in range(N_STATE):
+            ys[i, m] = ys[0, m] + h * tab.a[i, 0] * k[0, m]
+        for j in range(FIRST_USED, i):
+            weight = h * tab.a[i, j]
+            for m in range(N_STATE):
+                ys[i, m] += weight * k[j, m]
+        fill_rates(p, run, work, tab, h, i)
     for i in range(N_STATE):
-        k0 = k[0, i]
-        d0, d1, d2, d3 = w[0, 0] * k0, w[0, 1] * k0, w[0, 2] * k0, w[0, 3] * k0
-        d4, d5, d6 = w[0, 4] * k0, w[0, 5] * k0, w[0, 6] * k0
+        for m in range(DEGREE):
+            d[i, m] = h * tab.dense[0, m] * k[0, i]
         for j in range(FIRST_USED, last + 1):
-            kj = k[j, i]
-            d0 += w[j, 0] * kj
-            d1 += w[j, 1] * kj
-            d2 += w[j, 2] * kj
-            d3 += w[j, 3] * kj
-            d4 += w[j, 4] * kj
-            d5 += w[j, 5] * kj
-            d6 += w[j, 6] * kj
-        d[i, 0], d[i, 1], d[i, 2], d[i, 3] = h * d0, h * d1, h * d2, h * d3
-        d[i, 4], d[i, 5], d[i, 6] = h * d4, h * d5, h * d6
+            rate = h * k[j, i]
+            for m in range(DEGREE):
+                d[i, m] += tab.dense[j, m] * rate

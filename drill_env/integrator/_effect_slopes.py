@@ -78,9 +78,9 @@ def set_signal(p, run, work, c, row, column, t, moves):
 def column_rates(p, run, work, c, row, column, t, moves):
     """Rates and event functions in a row, with their derivative along `c.along`.
 
-    `column` says which number has a step besides, `_TIME` none; `moves` is the step of the time.
+    `column` says which number has been given its step besides, `_TIME` none; `moves` is the step of
+    the time.
     """
-    set_step(work, c, column)
     set_signal(p, run, work, c, row, column, t, moves)
     s, out = c.signal, c.ports
     clear_ports(out, s)
@@ -101,6 +101,7 @@ def carry_with_effects(p, run, work, tab, h):
     rows = N_STATE + work.inner
     for column in range(c.columns):
         c.moment[column] = 0.0
+        set_step(work, c, column)
         for i in range(tab.stages + 1):
             for r in range(rows):
                 rise = 0.0
@@ -138,11 +139,13 @@ def mark_event(p, run, work, tab, which, u):
     if work.located:
         for r in range(N_STATE + work.inner):
             c.along[r] = c.before[r]
+        set_step(work, c, _TIME)
         column_rates(p, run, work, c, int64(SPARE), int64(_TIME), run.t, 1.0)
         fall = c.gaps[which].imag / _SMALL
         for column in range(c.columns):
             for r in range(N_STATE + work.inner):
                 c.along[r] = c.sens[r, column]
+            set_step(work, c, column)
             column_rates(p, run, work, c, int64(SPARE), column, run.t, 0.0)
             change = c.gaps[which].imag / _SMALL
             c.moment[column] = -change / fall if fall != 0.0 else 0.0
@@ -167,6 +170,7 @@ def jump_after_event(p, run, work, tab, which, u):
                 c.since[column] = moment
         if which >= FIRST_SWITCH and work.inner > 0:
             c.signal.settle = 1
+            set_step(work, c, column)
             column_rates(p, run, work, c, int64(SPARE), column, run.t, moment)
             c.signal.settle = 0
             for r in range(work.inner):
@@ -190,6 +194,7 @@ def first_slopes(p, run, work, tab, which, u):
     for column in range(c.width):
         for r in range(N_STATE + work.inner):
             c.along[r] = c.sens[r, column] if r < N_STATE else 0.0
+        set_step(work, c, column)
         column_rates(p, run, work, c, int64(SPARE), column, run.t, 0.0)
         for r in range(work.inner):
             c.sens[N_STATE + r, column] = c.z[r].imag / _SMALL
