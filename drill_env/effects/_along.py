@@ -48,6 +48,8 @@ def begin_anew(p, e, s, out, t, motion, u):
     """First inner states of an effect, in a row of the motion."""
     s.first, s.choose, s.dwell_l, s.t = 1, 1, 0.0, t
     set_motion(p, s, motion[0], motion[1], motion[2], motion[3], u)
+    for j in range(e.states):
+        e.z[j] = 0.0
     ask(p, e, s, out)
     s.first = s.choose = 0
     if e.drives:

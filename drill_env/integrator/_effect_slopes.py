@@ -11,10 +11,10 @@ from drill_env.effects.signal import ENTRY_SLOPES, clear_ports
 from drill_env.friction.kernels import gradient_of, shares, sliding_of, slope_of
 from drill_env.integrator._voltage_piece import voltage_at, voltage_slope
 from drill_env.integrator.acting import ask_one, pulls, set_rates, set_state
+from drill_env.integrator.modes import rates_now
 from drill_env.integrator.records import FIRST_SWITCH, LOWER, N_STATE, SPARE
 from drill_env.integrator.signatures import CHANGE, FILL
 from drill_env.integrator.slopes import SLOPES
-from drill_env.integrator.switching import rates_now
 from drill_env.parameters.record import N_PARAMETERS
 
 slopes_at = placed(SLOPES)

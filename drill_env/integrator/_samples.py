@@ -1,8 +1,7 @@
 """Compiled filling of the samples that lie within a step or a rest."""
 
 from drill_env._jit import inlined, kernel, store_number, store_whole
-from drill_env.integrator._step import dense_at, inner_at
-from drill_env.integrator._step_size import next_sample
+from drill_env.integrator._step import dense_at, inner_at, next_sample
 from drill_env.integrator._variational import copy_sensitivity
 from drill_env.integrator.records import N_STATE
 

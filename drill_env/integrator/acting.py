@@ -41,7 +41,7 @@ def set_state(p, run, s, y):
 def ask_one(p, run, work, e, s, out, z, kz, gaps):
     """Let an effect add to the ports, and tell the rates of its inner states and its switches."""
     for j in range(e.states):
-        e.z[j] = z[e.first_state + j]
+        e.z[j] = 0.0 if s.first else z[e.first_state + j]
     for j in range(e.switches):
         e.side[j], e.gap[j] = run.branch[e.first_switch + j], 1.0
     respond(e.code, p, e, s, out)

@@ -5,14 +5,15 @@ from numba import int64
 from drill_env._jit import address_of, entry, inlined, kernel, unit
 from drill_env.integrator._events import first_event
 from drill_env.integrator._samples import rest_to_end, write_samples
-from drill_env.integrator._step import fill_rates, inner_dense
-from drill_env.integrator._step_size import (
+from drill_env.integrator._step import (
     CHATTER_LIMIT,
     DONE,
     LOG_FULL,
     TOO_MANY_STEPS,
     adapt,
     choose_step,
+    fill_rates,
+    inner_dense,
     next_sample,
     reject,
 )

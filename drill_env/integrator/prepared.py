@@ -9,9 +9,8 @@ from drill_env.effects.declared import Declared, declared
 from drill_env.effects.signal import RESTING
 from drill_env.friction import kernel_record
 from drill_env.integrator._effect_slopes import first_slopes
-from drill_env.integrator.modes import start_any, start_mode
+from drill_env.integrator.modes import start_any, start_mode, start_with_effects
 from drill_env.integrator.slopes import Slopes
-from drill_env.integrator.switching import start_with_effects
 from drill_env.integrator.tableau import tableau
 from drill_env.integrator.voltage import Voltage, with_past
 from drill_env.parameters import Rig

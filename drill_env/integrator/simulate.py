@@ -13,7 +13,7 @@ from drill_env._types import FloatArray, IntArray, Method, VoltageFunction
 from drill_env.effects.declared import REACH
 from drill_env.effects.readings import errors_of
 from drill_env.friction import negative_range
-from drill_env.integrator._step_size import LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS
+from drill_env.integrator._step import LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS
 from drill_env.integrator.advance import advance
 from drill_env.integrator.prepared import Prepared
 from drill_env.integrator.records import (
