@@ -169,6 +169,11 @@ class Effect:
         """Whether it changes the friction, and so what a disc at rest withstands."""
         return reads(self.kernel, "size_u", "size_l", "scale_u", "scale_l")
 
+    @property
+    def code(self) -> int:
+        """What the compiled code calls it by, in this process."""
+        return self.kernel.address
+
     def vector(self, values: dict[str, float]) -> FloatArray:
         """Its parameters as the kernel reads them.
 

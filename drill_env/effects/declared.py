@@ -221,7 +221,7 @@ def _row(entry: Mapping[str, Any], rig: Rig) -> _Row:
 
 def _entry(effect: Effect, numbers: FloatArray) -> _Row:
     entry = np.zeros((), dtype=ENTRY)
-    entry["code"], entry["senses"] = effect.kernel.address, effect.senses
+    entry["code"], entry["senses"] = effect.code, effect.senses
     entry["idle"] = effect.senses and not effect.states
     entry["states"], entry["switches"] = effect.states, effect.switches
     entry["drives"] = effect.replaces_balance
