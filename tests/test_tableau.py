@@ -25,7 +25,7 @@ def stepped(name: str) -> tuple[float, np.void, float]:
     """Error of one step, its working arrays, and its length."""
     prepared, work, run = Prepared(Rig(), name), new_work(1e-9, 1e-11), np.zeros(1, dtype=RUN)
     run["mode"], work["coefficients"], work["piece"], h = (1, 1, 0), 1, 3.5, 0.05
-    work["ys"][0, 0], work["k"][0, 0] = (3.0, 2.5, 0.4, 1.0), (2.1, 0.3, -4.0, 0.4)
+    work["ys"][0, 0, :4], work["k"][0, 0, :4] = (3.0, 2.5, 0.4, 1.0), (2.1, 0.3, -4.0, 0.4)
     return take_step(prepared.p[0], run[0], work[0], prepared.pair[0], h), work[0], h
 
 

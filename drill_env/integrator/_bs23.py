@@ -7,9 +7,9 @@ from math import sqrt
 
 from numba import int64
 
-from drill_env._jit import kernel, unit
+from drill_env._jit import inlined, kernel, unit
 from drill_env.integrator._stage import along, column_rates, fill_forces, keep_stage, weighed
-from drill_env.integrator._step import inner_errors, scaled
+from drill_env.integrator._step import scaled
 from drill_env.integrator.records import N_STATE
 from drill_env.integrator.signatures import FILL, STEP
 
@@ -32,16 +32,20 @@ def bs23_stages(p, run, work, tab, h):
     keep_stage(p, run, work, tab, h, int64(STAGES), end)
 
 
+@inlined
+def squared_error(work, i):
+    """Square of the scaled error of a component, before the step's length."""
+    k = work.k
+    return (weighed(E, (k[0, i], k[1, i], k[2, i], k[3, i])) * scaled(work, i, STAGES)) ** 2
+
+
 @unit(STEP)
 def bs23_step(p, run, work, tab, h):
     """Fill the stages; returns the scaled error, of which at most 1 is accepted."""
     bs23_stages(p, run, work, tab, h)
-    k, total = work.k, 0.0
-    for i in range(3):
-        error = weighed(E, (k[0, i], k[1, i], k[2, i], k[3, i]))
-        total += (error * scaled(work, i, tab.stages)) ** 2
-    if work.inner != 0:
-        total += inner_errors(work, tab)[0]
+    total = squared_error(work, 0) + squared_error(work, 1) + squared_error(work, 2)
+    for r in range(N_STATE, N_STATE + work.inner):
+        total += squared_error(work, r)
     return h * sqrt(total / (3.0 + work.inner))
 
 
@@ -49,7 +53,7 @@ def bs23_step(p, run, work, tab, h):
 def bs23_fill(p, run, work, tab, h):
     """Monomial coefficients of the state over the step."""
     k, d = work.k, work.dense
-    for i in range(N_STATE):
+    for i in range(N_STATE + work.inner):
         rates = k[0, i], k[1, i], k[2, i], k[3, i]
         d[i, 0], d[i, 1], d[i, 2] = h * k[0, i], h * weighed(P2, rates), h * weighed(P3, rates)
 

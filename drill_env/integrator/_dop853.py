@@ -7,8 +7,8 @@ from scipy.integrate import DOP853
 
 from drill_env._jit import kernel, unit
 from drill_env.integrator._stage import along, keep_stage
-from drill_env.integrator._step import fill_rates, inner_errors, scaled
-from drill_env.integrator.records import N_STATE
+from drill_env.integrator._step import fill_rates, scaled
+from drill_env.integrator.records import N_STATE, THETA_L
 from drill_env.integrator.signatures import FILL, STEP
 
 LAST, DEGREE = 12, 7
@@ -52,7 +52,9 @@ def dop853_step(p, run, work, tab, h):
     dop853_stages(p, run, work, tab, h)
     n, k = tab.stages, work.k
     high2 = low2 = 0.0
-    for i in range(3):
+    for i in range(N_STATE + work.inner):
+        if i == THETA_L:
+            continue
         high, low = tab.error_high[0] * k[0, i], tab.error_low[0] * k[0, i]
         for j in range(FIRST_USED, n + 1):
             high += tab.error_high[j] * k[j, i]
@@ -60,9 +62,6 @@ def dop853_step(p, run, work, tab, h):
         scale = scaled(work, i, n)
         high2 += (high * scale) ** 2
         low2 += (low * scale) ** 2
-    if work.inner != 0:
-        inner_high2, inner_low2 = inner_errors(work, tab)
-        high2, low2 = high2 + inner_high2, low2 + inner_low2
     if high2 == 0.0:
         return 0.0
     # Hairer's combination of the fifth and third order estimates (DOP853).
@@ -81,7 +80,7 @@ def dop853_fill(p, run, work, tab, h):
             for m in range(N_STATE):
                 ys[i, m] += weight * k[j, m]
         fill_rates(p, run, work, tab, h, i)
-    for i in range(N_STATE):
+    for i in range(N_STATE + work.inner):
         for m in range(DEGREE):
             d[i, m] = h * tab.dense[0, m] * k[0, i]
         for j in range(FIRST_USED, last + 1):

@@ -61,10 +61,8 @@ def law_slope(p, run, c, column, speed):
 def set_signal(p, run, work, c, row, column, t, moves):
     """State of a row with its steps along `c.along`, and the signal of an instant."""
     s = c.signal
-    for i in range(N_STATE):
-        c.y[i] = work.ys[row, i] + _STEP * c.along[i]
-    for r in range(work.inner):
-        c.z[r] = work.zs[row, r] + _STEP * c.along[N_STATE + r]
+    for r in range(N_STATE + work.inner):
+        c.y[r] = work.ys[row, r] + _STEP * c.along[r]
     slope = voltage_slope(work, t)
     s.t = run.origin + t + _STEP * moves
     s.u, s.u_rate = voltage_at(work, t) + _STEP * slope * moves, slope
@@ -87,7 +85,7 @@ def column_rates(p, run, work, c, row, column, t, moves):
     for i in range(work.acting):
         e = entry_at(c.entries, i)
         if not e.idle:
-            ask_one(c.p, run, work, e, s, out, c.z, c.kz, c.gaps)
+            ask_one(c.p, run, work, e, s, out, c.y, c.k, c.gaps)
     torques = pulls(c.p, s, out, law_slope(p, run, c, column, out.read_l))
     net_u, net_l, size_u, size_l = torques
     c.gaps[0], c.gaps[1] = size_u - s.side_u * net_u, size_l - s.side_l * net_l
@@ -110,10 +108,8 @@ def carry_with_effects(p, run, work, tab, h):
                 c.along[r] = c.sens[r, column] + h * rise
             if i < tab.stages:
                 column_rates(p, run, work, c, int64(i), column, run.t + tab.c[i] * h, 0.0)
-                for r in range(N_STATE):
+                for r in range(rows):
                     c.rates[i, r, column] = c.k[r].imag / _SMALL
-                for r in range(work.inner):
-                    c.rates[i, N_STATE + r, column] = c.kz[r].imag / _SMALL
         for r in range(rows):
             c.sens[r, column] = c.along[r]
 
@@ -121,10 +117,8 @@ def carry_with_effects(p, run, work, tab, h):
 @kernel
 def keep_rates(work, to):
     """Rates of the spare row."""
-    for r in range(N_STATE):
+    for r in range(N_STATE + work.inner):
         to[r] = work.k[SPARE, r]
-    for r in range(work.inner):
-        to[N_STATE + r] = work.kz[SPARE, r]
 
 
 @unit(CHANGE)
@@ -173,8 +167,8 @@ def jump_after_event(p, run, work, tab, which, u):
             set_step(work, c, column)
             column_rates(p, run, work, c, int64(SPARE), column, run.t, moment)
             c.signal.settle = 0
-            for r in range(work.inner):
-                c.along[N_STATE + r] = c.z[r].imag / _SMALL
+            for r in range(N_STATE, rows):
+                c.along[r] = c.y[r].imag / _SMALL
         for r in range(rows):
             c.sens[r, column] = c.along[r] - c.after[r] * moment
     return 0
@@ -196,7 +190,7 @@ def first_slopes(p, run, work, tab, which, u):
             c.along[r] = c.sens[r, column] if r < N_STATE else 0.0
         set_step(work, c, column)
         column_rates(p, run, work, c, int64(SPARE), column, run.t, 0.0)
-        for r in range(work.inner):
-            c.sens[N_STATE + r, column] = c.z[r].imag / _SMALL
+        for r in range(N_STATE, N_STATE + work.inner):
+            c.sens[r, column] = c.y[r].imag / _SMALL
     c.signal.choose = c.signal.first = 0
     return 0

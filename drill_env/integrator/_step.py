@@ -25,7 +25,7 @@ def fill_rates(p, run, work, tab, h, stage):
 
 @inlined
 def dense_at(work, tab, component, s):
-    """State component at share `s` of the step."""
+    """State component, or inner state, at share `s` of the step."""
     value = work.dense[component, tab.degree - 1]
     for m in range(tab.degree - 2, -1, -1):
         value = value * s + work.dense[component, m]
@@ -33,46 +33,10 @@ def dense_at(work, tab, component, s):
 
 
 @inlined
-def inner_at(work, tab, r, s):
-    """Inner state `r` at share `s` of the step."""
-    value = 0.0
-    for m in range(tab.degree - 1, -1, -1):
-        value = (value + work.dense_z[r, m]) * s
-    return work.zs[0, r] + value
-
-
-@kernel
-def inner_dense(work, tab, h):
-    """What `inner_at` reads, once the dense output of the state is filled."""
-    for r in range(work.inner):
-        for m in range(tab.degree):
-            total = 0.0
-            for j in range(tab.stages + tab.extra + 1):
-                total += tab.dense[j, m] * work.kz[j, r]
-            work.dense_z[r, m] = h * total
-
-
-@inlined
 def scaled(work, i, last):
-    """Reciprocal of the error allowed in state component `i`."""
+    """Reciprocal of the error allowed in component `i`."""
     size = max(abs(work.ys[0, i]), abs(work.ys[last, i]))
     return 1.0 / (work.atol + work.rtol * size)
-
-
-@kernel
-def inner_errors(work, tab):
-    """Squared scaled errors of the inner states by both estimates, before the step's length."""
-    n, high2, low2 = tab.stages, 0.0, 0.0
-    for r in range(work.inner):
-        high = low = 0.0
-        for j in range(n + 1):
-            high += tab.error_high[j] * work.kz[j, r]
-            low += tab.error_low[j] * work.kz[j, r]
-        size = max(abs(work.zs[0, r]), abs(work.zs[n, r]))
-        scale = 1.0 / (work.atol + work.rtol * size)
-        high2 += (high * scale) ** 2
-        low2 += (low * scale) ** 2
-    return high2, low2
 
 
 @inlined

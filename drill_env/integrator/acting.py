@@ -11,9 +11,9 @@ from drill_env.effects.pace import fastest_rate
 from drill_env.effects.signal import clear_ports, entry_at, respond
 from drill_env.friction.kernels import lower_size, lower_sliding, upper_sliding
 from drill_env.integrator._resting import choose_push, keep_held, keep_side, settle_sides
-from drill_env.integrator._step import dense_at, inner_at
+from drill_env.integrator._step import dense_at
 from drill_env.integrator._voltage_piece import past_voltage_at, voltage_at, voltage_slope
-from drill_env.integrator.records import FIRST_SWITCH, LOWER, SPARE, UPPER
+from drill_env.integrator.records import FIRST_SWITCH, LOWER, N_STATE, SPARE, THETA_L, UPPER
 from drill_env.integrator.signatures import GAP, RATES, STAGE, call_rates
 
 
@@ -38,17 +38,18 @@ def set_state(p, run, s, y):
 
 
 @inlined
-def ask_one(p, run, work, e, s, out, z, kz, gaps):
+def ask_one(p, run, work, e, s, out, y, k, gaps):
     """Let an effect add to the ports, and tell the rates of its inner states and its switches."""
+    first = N_STATE + e.first_state
     for j in range(e.states):
-        e.z[j] = 0.0 if s.first else z[e.first_state + j]
+        e.z[j] = 0.0 if s.first else y[first + j]
     for j in range(e.switches):
         e.side[j], e.gap[j] = run.branch[e.first_switch + j], 1.0
     respond(e.code, p, e, s, out)
     for j in range(e.states):
-        kz[e.first_state + j] = e.rate[j]
+        k[first + j] = e.rate[j]
         if s.first or s.settle:
-            z[e.first_state + j] = e.z[j]
+            y[first + j] = e.z[j]
     for j in range(e.switches):
         gaps[FIRST_SWITCH + e.first_switch + j] = e.gap[j]
         work.next[e.first_switch + j] = e.next[j]
@@ -122,8 +123,8 @@ def ask(p, run, work, row, t):
             continue
         if e.delayed:
             e.u_late = past_voltage_at(work, t)
-        z, kz, gaps = work.zs[row], work.kz[row], work.gaps[row]
-        ask_one(p, run, work, e, work.signal, work.ports, z, kz, gaps)
+        y, k, gaps = work.ys[row], work.k[row], work.gaps[row]
+        ask_one(p, run, work, e, work.signal, work.ports, y, k, gaps)
 
 
 @unit(RATES)
@@ -170,15 +171,11 @@ def rates_with_effects(p, run, work, row, t, u):
 @unit(STAGE)
 def stage_with_effects(p, run, work, tab, h, i, u):
     """Stage `i` of a step: what the unrolled pair leaves out, and its rates."""
-    angle = 0.0
-    for j in range(i):
-        angle += tab.a[i, j] * work.k[j, 3]
-    work.ys[i, 3] = work.ys[0, 3] + h * angle
-    for r in range(work.inner):
+    for r in range(THETA_L, N_STATE + work.inner):
         rise = 0.0
         for j in range(i):
-            rise += tab.a[i, j] * work.kz[j, r]
-        work.zs[i, r] = work.zs[0, r] + h * rise
+            rise += tab.a[i, j] * work.k[j, r]
+        work.ys[i, r] = work.ys[0, r] + h * rise
     call_rates(tab.rates, p, run, work, i, run.t + tab.c[i] * h, u)
     if i == 0 or i == tab.stages:
         work.pace[min(i, 1)] = fastest_of_all(p, work)
@@ -201,13 +198,11 @@ def fastest_of_all(p, work):
 @unit(GAP)
 def gap_with_effects(p, run, work, tab, h, share, which):
     """Event function `which` at a share of the step, from the dense output."""
-    for i in range(4):
-        work.ys[SPARE, i] = dense_at(work, tab, i, share)
+    for r in range(N_STATE + work.inner):
+        work.ys[SPARE, r] = dense_at(work, tab, r, share)
     for disc in range(2):
         if run.mode[disc] == 0:
             work.ys[SPARE, 1 + disc] = 0.0
-    for r in range(work.inner):
-        work.zs[SPARE, r] = inner_at(work, tab, r, share)
     t = run.t + share * h
     call_rates(tab.rates, p, run, work, SPARE, t, voltage_at(work, t))
     return work.gaps[SPARE, which]

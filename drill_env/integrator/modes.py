@@ -172,7 +172,7 @@ def rates_now(p, run, work, tab, u):
     for i in range(4):
         work.ys[SPARE, i] = run.y[i]
     for r in range(work.inner):
-        work.zs[SPARE, r] = run.z[r]
+        work.ys[SPARE, N_STATE + r] = run.z[r]
     call_rates(tab.rates, p, run, work, SPARE, run.t, u)
 
 
@@ -186,7 +186,7 @@ def change_with_effects(p, run, work, tab, which, u):
         rates_now(p, run, work, tab, u)
         work.signal.settle = 0
         for r in range(work.inner):
-            run.z[r] = work.zs[SPARE, r]
+            run.z[r] = work.ys[SPARE, N_STATE + r]
         return SWITCH
     before = stop(which, run)
     if before != 0:
@@ -211,7 +211,7 @@ def start_with_effects(p, run, work, tab, which, u):
             choose_modes(p, run, work, attempt)
         rates_now(p, run, work, tab, u)
     for r in range(work.inner):
-        run.z[r] = work.zs[SPARE, r]
+        run.z[r] = work.ys[SPARE, N_STATE + r]
     s.choose = s.first = 0
     work.has_rates = 0
     return STICK

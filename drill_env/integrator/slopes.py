@@ -10,15 +10,13 @@ from drill_env.effects.declared import Declared, slope_code
 from drill_env.effects.signal import (
     ENTRY_SLOPES,
     MOST_BRANCHES,
-    MOST_INNER,
     PARAMETERS_SLOPES,
     PORTS_SLOPES,
     SIGNAL_SLOPES,
 )
-from drill_env.integrator.records import MAX_STAGES, MOST_COLUMNS, N_STATE
+from drill_env.integrator.records import MAX_STAGES, MOST_COLUMNS, MOST_ROWS, N_STATE
 from drill_env.parameters import SYMBOLS, Rig
 
-MOST_ROWS = N_STATE + MOST_INNER
 FIRST_NUMBER = N_STATE + len(SYMBOLS)
 
 SLOPES = np.dtype(
@@ -41,10 +39,8 @@ SLOPES = np.dtype(
         ),  # addresses: of the effects, and of `p`, which begins with the parameters
         ("parameters", "i8"),
         ("gradient", "f8", (len(SYMBOLS),)),
-        ("y", "c16", (N_STATE,)),
-        ("z", "c16", (MOST_INNER,)),
-        ("k", "c16", (N_STATE,)),
-        ("kz", "c16", (MOST_INNER,)),
+        ("y", "c16", (MOST_ROWS,)),
+        ("k", "c16", (MOST_ROWS,)),
         ("gaps", "c16", (3 + MOST_BRANCHES,)),
         ("p", PARAMETERS_SLOPES),
         ("signal", SIGNAL_SLOPES),

@@ -8,7 +8,7 @@ from drill_env._jit import entry
 from drill_env._types import FloatArray
 from drill_env.integrator.acting import rates_with_effects
 from drill_env.integrator.prepared import Prepared
-from drill_env.integrator.records import RUN, SPARE, new_work
+from drill_env.integrator.records import N_STATE, RUN, SPARE, new_work
 from drill_env.integrator.signatures import call_rates
 from drill_env.parameters import Rig
 
@@ -37,12 +37,12 @@ def rates_along(p, run, work, code, volts, states, rates):
             work.ys[SPARE, i] = states[k, i]
         work.ys[SPARE, 3] = 0.0
         for r in range(work.inner):
-            work.zs[SPARE, r] = states[k, 3 + r]
+            work.ys[SPARE, N_STATE + r] = states[k, 3 + r]
         call_rates(code, p, run, work, SPARE, 0.0, volts[k])
         for i in range(3):
             rates[k, i] = work.k[SPARE, i]
         for r in range(work.inner):
-            rates[k, 3 + r] = work.kz[SPARE, r]
+            rates[k, 3 + r] = work.k[SPARE, N_STATE + r]
 
 
 def vector_field(rig: Rig, volts: FloatArray, states: FloatArray) -> FloatArray:

@@ -138,9 +138,15 @@ def _cut(voltage: Voltage, t_start: float, t_end: float) -> Voltage:
             f"voltage covers {breaks[0]:g} to {breaks[-1]:g} s but {t_start:g} to {t_end:g} s "
             "is asked for; shorten the time or lengthen the voltage"
         )
-    inner = breaks[1:-1]
-    new = np.concatenate([[t_start], inner[(inner > t_start) & (inner < t_end)], [t_end]])
-    return Voltage(new, _pieces_between(voltage, new))
+    if breaks[0] == t_start and breaks[-1] == t_end:
+        return voltage
+    first = int(np.searchsorted(breaks, t_start, side="right")) - 1
+    last = max(int(np.searchsorted(breaks, t_end, side="left")), first + 1)
+    rows = slice(first, min(last, len(breaks) - 1))
+    new, pieces = breaks[first : rows.stop + 1].copy(), voltage.pieces[rows]
+    new[0], new[-1] = t_start, t_end
+    # What is constant is the same however it is cut.
+    return Voltage(new, pieces if pieces.shape[1] == 1 else _pieces_between(voltage, new))
 
 
 def _pieces_between(voltage: Voltage, breaks: FloatArray) -> FloatArray:

@@ -159,7 +159,8 @@ def _pieces(
     inside = held.breaks[(held.breaks > t[0]) & (held.breaks < t[-1])]
     ends = [t[[0, -1]], t[windows.starts], t[windows.rows[:, -1]]]
     breaks = np.unique(np.concatenate([inside, *ends]))
-    found = Voltage(breaks, held(breaks[:-1] + 0.5 * np.diff(breaks))[:, None])
+    rows = np.searchsorted(held.breaks, 0.5 * (breaks[:-1] + breaks[1:]), side="right") - 1
+    found = Voltage(breaks, held.pieces[np.clip(rows, 0, len(held.pieces) - 1)])
     if effects.reads_past:
         before = 0.0 if abs(motion.states[0, 1]) < RESTING else float(motion.u[0])
         found, _ = with_past(found, effects.delay, before, held)
