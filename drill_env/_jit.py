@@ -188,10 +188,16 @@ class Unit:
         return self.__qualname__
 
 
-def caller(signature: Any) -> Any:
-    """What kernels call code at an address with: `call(address, *arguments)`."""
+def caller(*signatures: Any) -> Any:
+    """What kernels call code at an address with: `call(address, *arguments)`.
+
+    Args:
+        *signatures: of the code, by the types of the arguments that it is called with.
+    """
 
     def describe(typing_context: Any, address: Any, *arguments: Any) -> Any:
+        fitting = (kind for kind in signatures if kind.args == arguments)
+        signature = next(fitting, signatures[0])
         declared = typed(signature.return_type, types.int64, *signature.args)
 
         def generate(context: Any, builder: Any, _: Any, values: Any) -> Any:
@@ -205,7 +211,7 @@ def caller(signature: Any) -> Any:
 
         return declared, generate
 
-    names = ", ".join(f"a{i}" for i in range(len(signature.args)))
+    names = ", ".join(f"a{i}" for i in range(len(signatures[0].args)))
     scope: dict[str, Any] = {"describe": describe}
     # An intrinsic's arguments must be named one by one.
     exec(f"def call(context, address, {names}): return describe(context, address, {names})", scope)

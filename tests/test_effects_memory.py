@@ -8,7 +8,7 @@ import pytest
 from drill_env.diagnosis.late_readings import on_time, telling
 from drill_env.effects.along import Motion, inner_states
 from drill_env.effects.steady import acting
-from drill_env.integrator.resume import resume
+from drill_env.integrator.windows import resume
 from drill_env.parameters import Rig
 from tests.made_recordings import played
 

@@ -187,6 +187,87 @@ def test_a_disc_that_the_located_moment_leaves_short_of_rest_is_not_put_to_rest_
     assert found["fault"] == "", found
 
 
+@pytest.mark.parametrize(("speed", "jump"), [(-0.2, 0.124), (-0.19, 0.12)])
+def test_a_grip_near_rest_stops_the_disc_when_it_comes_to_rest(speed: float, jump: float) -> None:
+    """The fault of case 745 alone: the disc was put to rest 1.2 ms late, by the try's moment."""
+    rig = Rig(
+        km=1.6, Ju=0.9, Tsu=0.0, dTsu=0.0, bu=0.085, dbu=0.0, Jl=0.0077, ktheta=0.0152, Tsl=0.0,
+        T1=0.0, T2=0.0, bl=0.001, friction="coulomb",
+    )  # fmt: skip
+    torque, width = 0.0108, 0.0013
+    grip = {"id": "lower_gaussian_stribeck", "torque": torque, "velocity": width}
+    start = np.array([0.429, -1e-3, speed])
+    drive = sampled_voltage(np.array([0.0, jump]), np.array([-2.0, 2.0]), 0.6)
+    run = simulate(rig.replace(effects=(grip,)), drive, 0.6, initial=np.append(start, 0.0))
+
+    def rates(t: float, y: np.ndarray, volts: float) -> list[float]:
+        pull = rig.ktheta * y[0]
+        held = torque * np.exp(-((y[2] / width) ** 2)) - rig.bl * y[2]
+        upper = (rig.km * volts - pull - rig.bu * y[1]) / rig.Ju
+        return [y[1] - y[2], upper, (pull + held) / rig.Jl]
+
+    def stops(t: float, y: np.ndarray, volts: float) -> float:
+        return y[2]
+
+    stops.terminal = True  # pyright: ignore[reportFunctionMemberAccess]
+    y, exact = start, {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
+    # At 0.2 s the disc still turns too fast for the grip: exp(-200).
+    for a, b, volts in ((0.0, jump, -2.0), (jump, 0.2, 2.0)):
+        y = solve_ivp(rates, (a, b), y, args=(volts,), **exact).y[:, -1]
+    assert y[2] < -14.0 * width
+    truth = solve_ivp(
+        rates, (0.2, 0.6), y, args=(2.0,), events=stops, max_step=2e-5, **exact
+    )  # fmt: skip
+    stop = run.events.where(Disc.LOWER, Kind.STICK)
+    assert stop.t[:1] == pytest.approx(truth.t_events[0], abs=1e-9)
+    assert stop.state[0, 0] == pytest.approx(truth.y_events[0][0, 0], abs=1e-9)
+
+
+def test_a_motor_that_the_sides_of_a_disc_at_rest_push_apart_rings_down_and_stands() -> None:
+    """The fault of case 2746 alone: a motor behind its gear, with friction of its own.
+
+    The disc rests, and leans to the side to which the gear pulls it; by that share the motor's loss
+    is that of the disc's one side. Where it stands, one side pushes it forward and one back.
+    """
+    loss, volts, share, own, hertz, damping = 0.8, 0.45, 0.3, 0.025, 3.0, 0.07
+    rig = Rig(km=1.0, Tsu=1.0, dTsu=0.0, bu=0.1, dbu=0.0)
+    braking = {"id": "drive_braking_loss", "loss": loss}
+    gear = {
+        "id": "gear_compliance", "frequency": hertz, "motor_share": share, "friction_share": own,
+        "damping": damping,
+    }  # fmt: skip
+    run = simulate(rig.replace(effects=(braking, gear)), volts, 10.0, rate=50.0)
+    wave, reduced = 2.0 * np.pi * hertz, share * (1.0 - share) * rig.Ju
+    holds, moves = (1.0 - own) * rig.Tsu, own * rig.Tsu
+
+    def pulled(z: np.ndarray) -> float:
+        return reduced * wave * (wave * z[0] + 2.0 * damping * z[1])
+
+    def pushed(z: np.ndarray) -> float:
+        leans = 0.5 * (1.0 + pulled(z) / holds)
+        return rig.km * volts * (1.0 - loss * (1.0 - leans)) - pulled(z)
+
+    def rates(t: float, z: np.ndarray, side: int) -> list[float]:
+        return [z[1], (pushed(z) - side * moves - own * rig.bu * z[1]) / (share * rig.Ju)]
+
+    def turns(t: float, z: np.ndarray, side: int) -> float:
+        return side * z[1] if t > began else 1.0
+
+    turns.terminal = True  # pyright: ignore[reportFunctionMemberAccess]
+    began, z, swings = 0.0, np.zeros(2), 0
+    while abs(pushed(z)) > moves:
+        found = solve_ivp(
+            rates, (began, 10.0), z, args=(int(np.sign(pushed(z))),), events=turns,
+            method="DOP853", rtol=1e-12, atol=1e-15,
+        )  # fmt: skip
+        began, z, swings = found.t[-1], np.array([found.y[0, -1], 0.0]), swings + 1
+    sides = rig.km * volts - pulled(z), rig.km * volts * (1.0 - loss) - pulled(z)
+    assert swings > 1 and sides[0] > moves and sides[1] < -moves
+    assert run.stuck_u.all() and len(run.events) < 3 * swings + 5
+    stands = run.t > began
+    assert run.inner[stands] == pytest.approx(np.tile(z, (stands.sum(), 1)), abs=1e-9)
+
+
 @pytest.mark.parametrize("wide", [False, True])
 def test_a_motor_that_both_sides_of_a_disc_push_apart_stands(wide: bool) -> None:
     """Case 2746 of seed 39: it left by what held it on each side and stopped by their mean."""

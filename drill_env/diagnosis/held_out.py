@@ -21,10 +21,10 @@ from drill_env.identification.noise_of_recording import settled_starts
 from drill_env.identification.prediction_error import Path, path_of
 from drill_env.identification.samples import Samples
 from drill_env.identification.smoothing import smoothed
-from drill_env.integrator.resume import resume
 from drill_env.integrator.simulate import simulate
 from drill_env.integrator.trajectory import Trajectory
 from drill_env.integrator.voltage import Voltage
+from drill_env.integrator.windows import resume
 from drill_env.parameters import Rig
 from drill_env.recordings import Channel
 

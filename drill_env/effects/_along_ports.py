@@ -40,14 +40,6 @@ def against(omega, net, torque):
 
 
 @kernel
-def left(omega, net, size):
-    """Torque (Nm) that friction of a size leaves of what pulls on a disc."""
-    if omega != 0.0:
-        return net - sign(omega) * size
-    return net - min(max(net, -size), size)
-
-
-@kernel
 def torque_on_upper(p, s, out):
     """What the ports are as a torque (Nm) on the rig's own upper disc."""
     plain = p.km * s.u - s.pull
@@ -55,7 +47,8 @@ def torque_on_upper(p, s, out):
     more = s.friction_u * out.scale_u + out.size_u
     if out.drive == 1.0:
         return net - plain + against(s.omega_u, net + s.other_u, more)
-    return p.Ju * acceleration_u(p, s, out) - left(s.omega_u, plain, s.friction_u)
+    left = plain + against(s.omega_u, plain, s.friction_u)
+    return p.Ju * acceleration_u(p, s, out) - left
 
 
 @kernel
@@ -63,7 +56,7 @@ def acceleration_u(p, s, out):
     """Acceleration (rad/s^2) of the upper disc with what the ports are."""
     net = out.drive * p.km * (s.u + out.volts) + out.torque_u - s.pull - out.string
     size = s.friction_u * (1.0 + out.scale_u) + out.size_u
-    return left(s.omega_u, net, size) / (p.Ju + out.inertia_u)
+    return (net + against(s.omega_u, net, size)) / (p.Ju + out.inertia_u)
 
 
 @kernel

@@ -88,15 +88,14 @@ class Effect:
         rigs_own_if_early: likewise when its last parameter, a moment or the time in which it
             settles, is at a recording's start.
         limit: the parameter at whose least value it is another effect, and that effect's id.
-        autonomous: whether the rig can turn steadily with it under a constant voltage: it follows
-            neither time nor an angle and forgets what was.
+        forgets: whether what was long ago leaves no trace in it.
         passing: whether it ends some time after the voltage has become constant.
         replaces_balance: whether it puts a drive in the place of the voltage's torque on the upper
             disc; it is then evaluated after the others of the drive.
         last: whether it looks at the torques of all others and is evaluated after them.
-        senses: whether it is an error of an encoder and no torque.
         common: whether most machines have it, so that its prior odds as a name are higher.
-        states: how many inner states it has, of first-order differential equations.
+        states: how many inner states it has, of first-order differential equations; they are 0 at
+            first unless the kernel sets them where `s.first`.
         switches: how many corners or jumps it has, at which the integrator ends its steps.
         delay: the parameter by which it reads the voltage or an angle late.
         swings: the parameter, in Hz, at which it swings with time whatever moves.
@@ -131,11 +130,10 @@ class Effect:
     switches: int = 0
     delay: str = ""
     swings: str = ""
-    autonomous: bool = True
+    forgets: bool = True
     passing: bool = False
     replaces_balance: bool = False
     last: bool = False
-    senses: bool = False
     common: bool = False
 
     def __post_init__(self) -> None:
@@ -147,6 +145,19 @@ class Effect:
         if not self.equation:
             sensed = "upper" if self.depends_on.endswith("_u") else "lower"
             object.__setattr__(self, "equation", _EQUATIONS.get(self.component, sensed))
+
+    @property
+    def senses(self) -> bool:
+        """Whether it is an error of an encoder and no torque."""
+        return self.component == "sensor"
+
+    @property
+    def autonomous(self) -> bool:
+        """Whether the rig can turn steadily with it under a constant voltage.
+
+        It then follows neither time nor an angle and forgets what was.
+        """
+        return self.forgets and not reads(self.kernel, "t", "theta_u", "theta_l")
 
     @property
     def follows_time(self) -> bool:

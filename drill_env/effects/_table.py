@@ -6,15 +6,8 @@ from drill_env._jit import inlined, kernel, number_at
 from drill_env.effects.signal import response
 
 COORDINATES = (
-    "time",
-    "voltage",
-    "theta_u",
-    "theta_l",
-    "twist",
-    "omega_u",
-    "omega_l",
-    "omega_u - omega_l",
-)
+    "time", "voltage", "theta_u", "theta_l", "twist", "omega_u", "omega_l", "omega_u - omega_l",
+)  # fmt: skip
 TIME, VOLTAGE, THETA_U, THETA_L, TWIST, OMEGA_U, OMEGA_L = range(7)
 
 ACTIONS = (

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from drill_env._types import FloatArray, IntArray
 from drill_env.effects import Effect
-from drill_env.effects._along import errors_along, inner_along, torques_along
+from drill_env.effects._along import follow
 from drill_env.effects._along_interval import over_interval as over_interval
-from drill_env.effects.declared import bundled, declared
+from drill_env.effects.declared import Declared, bundled, declared
+from drill_env.effects.readings import errors_of
 from drill_env.effects.signal import MOST_STATES, PORTS, SIGNAL
 from drill_env.friction import kernel_record
 from drill_env.parameters import Rig
+
+_NO_ROWS: IntArray = np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,10 +38,10 @@ class Motion:
     restarts: IntArray
     recording: int = 0
 
-
-def _scratch() -> tuple[np.ndarray, np.ndarray, FloatArray]:
-    signal, ports = np.zeros(1, dtype=SIGNAL)[0], np.zeros(1, dtype=PORTS)[0]
-    return signal, ports, np.zeros((11, MOST_STATES))
+    @property
+    def angles(self) -> FloatArray:
+        """theta_u and theta_l, rad, shape (n, 2)."""
+        return np.column_stack([self.states[:, 0] + self.states[:, 3], self.states[:, 3]])
 
 
 def response_along(
@@ -55,7 +59,7 @@ def response_along(
         Mean torques (Nm) on the upper and lower disc over the interval after each row and errors
         (rad) of theta_u and theta_l at each row, both of shape (n, 2).
     """
-    return _responses(bundled([(effect, q)]).entries, rig, motion)
+    return _responses(bundled([(effect, q)]), rig, motion)
 
 
 def responses_along(rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
@@ -64,9 +68,7 @@ def responses_along(rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
     Raises:
         InputError: an effect of the rig is wrong.
     """
-    # Kept while its entries are read: they hold addresses of its tables.
-    effects = declared(rig)
-    return _responses(effects.entries, rig, motion)
+    return _responses(declared(rig), rig, motion)
 
 
 def reading_errors(rig: Rig, motion: Motion) -> FloatArray:
@@ -75,21 +77,7 @@ def reading_errors(rig: Rig, motion: Motion) -> FloatArray:
     Raises:
         InputError: an effect of the rig is wrong.
     """
-    effects = declared(rig)
-    return _responses(effects.entries[effects.entries["senses"] != 0], rig, motion)[1]
-
-
-def _responses(entries: np.ndarray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
-    p, both = kernel_record(rig)[0], np.zeros((2, len(motion.t), 2))
-    for entry in entries:
-        signal, ports, z = _scratch()
-        found = np.zeros((len(motion.t), 2))
-        run = errors_along if entry["senses"] else torques_along
-        run(
-            p, entry, signal, ports, motion.t, motion.u, motion.states, motion.restarts, z, found,
-        )  # fmt: skip
-        both[int(entry["senses"] != 0)] += found
-    return both[0], both[1]
+    return _errors(declared(rig), rig, motion)
 
 
 def inner_states(rig: Rig, motion: Motion, rows: IntArray) -> FloatArray:
@@ -107,11 +95,55 @@ def inner_states(rig: Rig, motion: Motion, rows: IntArray) -> FloatArray:
         InputError: an effect of the rig is wrong.
     """
     effects = declared(rig)
+    return _inner(effects, effects.entries, rig, motion, np.asarray(rows, dtype=np.int64))
+
+
+def late_angles(motion: Motion, delay: float) -> FloatArray:
+    """theta_u and theta_l (rad) a delay (s) before each row, cubic between rows; shape (n, 2).
+
+    Nothing is known from before a restart: there it is the angle of that row.
+    """
+    t, restarts = motion.t, motion.restarts
+    first = restarts[np.searchsorted(restarts, np.arange(len(t)), side="right") - 1]
+    known = CubicHermiteSpline(t, motion.angles, motion.states[:, 1:3])
+    return known(np.maximum(t - delay, t[first]))
+
+
+def _responses(effects: Declared, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
+    torques = np.zeros((len(motion.t), 2))
+    for entry in effects.entries[effects.entries["senses"] == 0]:
+        torques += _followed(entry, rig, motion, _NO_ROWS)[0]
+    return torques, _errors(effects, rig, motion)
+
+
+def _errors(effects: Declared, rig: Rig, motion: Motion) -> FloatArray:
+    senses = effects.entries[effects.entries["senses"] != 0]
+    if not len(senses):
+        return np.zeros((len(motion.t), 2))
+    inner = _inner(effects, senses, rig, motion, np.arange(len(motion.t)))
+    late = np.stack([late_angles(motion, delay) for delay in effects.encoder_delays], axis=1)
+    return errors_of(kernel_record(rig), effects.entries, motion.t, motion.states, inner, late)
+
+
+def _inner(
+    effects: Declared, wanted: np.ndarray, rig: Rig, motion: Motion, rows: IntArray
+) -> FloatArray:
     kept = np.zeros((len(rows), effects.inner))
-    if kept.size:
-        signal, ports, z = _scratch()
-        inner_along(
-            kernel_record(rig)[0], effects.entries, signal, ports, motion.t, motion.u,
-            motion.states, motion.restarts, z, np.asarray(rows, dtype=np.int64), kept,
-        )  # fmt: skip
+    for entry in wanted[wanted["states"] > 0]:
+        end = rows[-1] + 1
+        way = replace(motion, t=motion.t[:end], u=motion.u[:end], states=motion.states[:end])
+        first = int(entry["first_state"])
+        kept[:, first : first + int(entry["states"])] = _followed(entry, rig, way, rows)[1]
     return kept
+
+
+def _followed(
+    entry: np.ndarray, rig: Rig, motion: Motion, rows: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    signal, ports = np.zeros(1, dtype=SIGNAL)[0], np.zeros(1, dtype=PORTS)[0]
+    torques, kept = np.zeros((len(motion.t), 2)), np.zeros((len(rows), int(entry["states"])))
+    follow(
+        kernel_record(rig)[0], entry, signal, ports, motion.t, motion.u, motion.states,
+        motion.restarts, np.zeros((11, MOST_STATES)), torques, rows, kept,
+    )  # fmt: skip
+    return torques, kept

@@ -105,9 +105,6 @@ _RESPOND = signature(
 response = unit(_RESPOND)
 """Decorator of an effect's function of (p, e, s, out), see `Effect`."""
 
-respond = caller(_RESPOND)
-"""For kernels: `respond(code, p, e, s, out)`."""
-
 
 def _with_slopes(kind: np.dtype, plain: tuple[str, ...]) -> np.dtype:
     """A record whose numbers carry a derivative in their imaginary part, but for some."""
@@ -130,7 +127,8 @@ RESPOND_SLOPES = signature(
 )  # fmt: skip
 """An effect's function in complex arithmetic, for its exact derivatives by complex steps."""
 
-respond_slopes = caller(RESPOND_SLOPES)
+respond = caller(_RESPOND, RESPOND_SLOPES)
+"""For kernels: `respond(code, p, e, s, out)`."""
 
 
 @inlined

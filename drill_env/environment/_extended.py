@@ -13,10 +13,9 @@ from drill_env.environment._sensing import fill_observation, start_sensors
 from drill_env.friction.kernels import upper_sliding
 from drill_env.integrator.acting import lower_law
 from drill_env.integrator.advance import DONE, LOG_FULL, advance
-from drill_env.integrator.modes import start_mode
+from drill_env.integrator.modes import rates_now, start_mode
 from drill_env.integrator.records import MOST_INNER, N_STATE
 from drill_env.integrator.signatures import call_change
-from drill_env.integrator.switching import rates_now
 
 # Of `start_with_effects`: modes and inner states anew.
 _ALL = 3

@@ -12,9 +12,9 @@ from drill_env.effects.signal import PORTS, SIGNAL
 from drill_env.environment._extended import Extension
 from drill_env.environment._records import Buffers
 from drill_env.environment.config import EnvConfig
+from drill_env.integrator.modes import start_with_effects
 from drill_env.integrator.prepared import equip
 from drill_env.integrator.records import N_STATE
-from drill_env.integrator.switching import start_with_effects
 
 _SAME = 1e-9
 

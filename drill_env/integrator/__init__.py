@@ -13,19 +13,7 @@ from drill_env.integrator.voltage import (
 )
 
 __all__ = [
-    "REST",
-    "Disc",
-    "Events",
-    "Kind",
-    "NegativeFrictionWarning",
-    "Trajectory",
-    "Voltage",
-    "as_voltage",
-    "constant_voltage",
-    "first_inner",
-    "function_voltage",
-    "sampled_voltage",
-    "simulate",
-    "simulate_batch",
-    "vector_field",
-]
+    "REST", "Disc", "Events", "Kind", "NegativeFrictionWarning", "Trajectory", "Voltage",
+    "as_voltage", "constant_voltage", "first_inner", "function_voltage", "sampled_voltage",
+    "simulate", "simulate_batch", "vector_field",
+]  # fmt: skip

@@ -6,14 +6,15 @@ step (Squire and Trapp, SIAM Review 40, 1998): exact to rounding.
 
 from numba import int64
 
-from drill_env._jit import kernel, placed, unit
-from drill_env.effects.signal import ENTRY_SLOPES, clear_ports, respond_slopes
-from drill_env.friction.kernels import gradient_of, shares, sliding_of, slope_of, upper_sliding
+from drill_env._jit import kernel, placed, store_number, unit
+from drill_env.effects.signal import ENTRY_SLOPES, clear_ports
+from drill_env.friction.kernels import gradient_of, shares, sliding_of, slope_of
 from drill_env.integrator._voltage_piece import voltage_at, voltage_slope
+from drill_env.integrator.acting import ask_one, pulls, set_rates, set_state
+from drill_env.integrator.modes import rates_now
 from drill_env.integrator.records import FIRST_SWITCH, LOWER, N_STATE, SPARE
 from drill_env.integrator.signatures import CHANGE, FILL
-from drill_env.integrator.slopes import FIRST_NUMBER, SLOPES
-from drill_env.integrator.switching import rates_now
+from drill_env.integrator.slopes import SLOPES
 from drill_env.parameters.record import N_PARAMETERS
 
 slopes_at = placed(SLOPES)
@@ -25,26 +26,17 @@ _TIME = -1
 
 
 @kernel
-def set_parameters(p, c, column):
-    """Parameters, that of a column with its step."""
-    q, j = c.p, column - N_STATE
-    q.km = p.km + (_STEP if j == 0 else 0j)
-    q.Ju = p.Ju + (_STEP if j == 1 else 0j)
-    q.Tsu = p.Tsu + (_STEP if j == 2 else 0j)
-    q.dTsu = p.dTsu + (_STEP if j == 3 else 0j)
-    q.bu = p.bu + (_STEP if j == 4 else 0j)
-    q.dbu = p.dbu + (_STEP if j == 5 else 0j)
-    q.Jl = p.Jl + (_STEP if j == 6 else 0j)
-    q.ktheta = p.ktheta + (_STEP if j == 7 else 0j)
-    q.Tsl = p.Tsl + (_STEP if j == 8 else 0j)
-    q.T1 = p.T1 + (_STEP if j == 9 else 0j)
-    q.T2 = p.T2 + (_STEP if j == 10 else 0j)
-    q.beta1 = p.beta1 + (_STEP if j == 11 else 0j)
-    q.beta2 = p.beta2 + (_STEP if j == 12 else 0j)
-    q.bl = p.bl + (_STEP if j == 13 else 0j)
-    q.load_u, q.load_l = p.load_u + 0j, p.load_l + 0j
-    q.per_Ju, q.per_Jl = 1.0 / q.Ju, 1.0 / q.Jl
-    q.law, q.clamp, q.locked = p.law, p.clamp, p.locked
+def set_step(work, c, column):
+    """Give the number that a column is of its step, and all others none."""
+    for j in range(N_PARAMETERS):
+        store_number(c.parameters, 2 * j + 1, _SMALL if N_STATE + j == column else 0.0)
+    c.p.per_Ju, c.p.per_Jl = 1.0 / c.p.Ju, 1.0 / c.p.Jl
+    for i in range(work.acting):
+        e = entry_at(c.entries, i)
+        for j in range(e.q.size):
+            e.q[j] = e.q[j].real
+        if column >= 0 and c.effect[column] == i:
+            e.q[c.number[column]] += _STEP
 
 
 @kernel
@@ -66,83 +58,38 @@ def law_slope(p, run, c, column, speed):
 
 
 @kernel
-def set_state(run, work, c, row, column, t, moves):
+def set_signal(p, run, work, c, row, column, t, moves):
     """State of a row with its steps along `c.along`, and the signal of an instant."""
-    s, mode = c.signal, run.mode
-    for i in range(N_STATE):
-        c.y[i] = work.ys[row, i] + _STEP * c.along[i]
-    for r in range(work.inner):
-        c.z[r] = work.zs[row, r] + _STEP * c.along[N_STATE + r]
-    slope, y = voltage_slope(work, t), c.y
+    s = c.signal
+    for r in range(N_STATE + work.inner):
+        c.y[r] = work.ys[row, r] + _STEP * c.along[r]
+    slope = voltage_slope(work, t)
     s.t = run.origin + t + _STEP * moves
-    s.u, s.u_rate = voltage_at(work, t) + _STEP * slope * moves, slope + 0j
-    s.twist, s.omega_u, s.omega_l, s.theta_l = y[0], y[1], y[2], y[3]
-    s.theta_u = y[0] + y[3]
-    s.rest_u, s.rest_l = mode[0] == 0, mode[1] == 0
-    s.side_u = float(run.push[0] if s.rest_u else mode[0])
-    s.side_l = float(run.push[1] if s.rest_l else mode[1])
-    s.speed_u = 0j if s.rest_u else s.side_u * y[1]
-    s.speed_l = 0j if s.rest_l else s.side_l * y[2]
-    s.dwell_l = 0j
-    if s.rest_l:
-        earlier = c.since[column] if column >= 0 else 0.0
-        s.dwell_l = s.t - run.since[1] - _STEP * earlier
-
-
-@kernel
-def ask_slopes(run, work, c, column):
-    """Let every effect add to the ports."""
-    s, out = c.signal, c.ports
-    clear_ports(out, s)
-    for i in range(work.acting):
-        e = entry_at(c.entries, i)
-        if e.idle:
-            continue
-        for j in range(e.q.size):
-            e.q[j] = e.q[j].real
-        if column >= FIRST_NUMBER and c.effect[column] == i:
-            e.q[c.number[column]] += _STEP
-        for j in range(e.states):
-            e.z[j] = c.z[e.first_state + j]
-        for j in range(e.switches):
-            e.side[j], e.gap[j] = run.branch[e.first_switch + j], 1.0
-        respond_slopes(e.code, c.p, e, s, out)
-        for j in range(e.states):
-            c.kz[e.first_state + j] = e.rate[j]
-            if s.first or s.settle:
-                c.z[e.first_state + j] = e.z[j]
-        for j in range(e.switches):
-            c.gaps[FIRST_SWITCH + e.first_switch + j] = e.gap[j]
+    s.u, s.u_rate = voltage_at(work, t) + _STEP * slope * moves, slope
+    set_state(c.p, run, s, c.y)
+    if s.rest_l and column >= 0:
+        s.dwell_l -= _STEP * c.since[column]
+    s.friction_l = law_slope(p, run, c, column, s.speed_l)
 
 
 @kernel
 def column_rates(p, run, work, c, row, column, t, moves):
     """Rates and event functions in a row, with their derivative along `c.along`.
 
-    `column` says which number has a step besides, `_TIME` none; `moves` is the step of the time.
+    `column` says which number has been given its step besides, `_TIME` none; `moves` is the step of
+    the time.
     """
-    set_state(run, work, c, row, column, t, moves)
-    set_parameters(p, c, column)
-    s, out, q, k, mode = c.signal, c.ports, c.p, c.k, run.mode
-    s.pull = q.ktheta * s.twist
-    s.friction_u = s.side_u * upper_sliding(q, s.side_u, s.side_u * s.speed_u)
-    s.friction_l = law_slope(p, run, c, column, s.speed_l)
-    ask_slopes(run, work, c, column)
-    string = s.pull + out.string
-    net_u = out.drive * q.km * (s.u + out.volts) + q.load_u + out.torque_u - string
-    net_l = string + q.load_l + out.torque_l
-    law = law_slope(p, run, c, column, out.read_l)
-    size_u = s.friction_u * (1.0 + out.scale_u) + out.size_u
-    size_l = law * (1.0 + out.scale_l) + out.size_l
-    k[0], k[3] = s.omega_u - s.omega_l, s.omega_l
-    k[1] = k[2] = 0j
+    set_signal(p, run, work, c, row, column, t, moves)
+    s, out = c.signal, c.ports
+    clear_ports(out, s)
+    for i in range(work.acting):
+        e = entry_at(c.entries, i)
+        if not e.idle:
+            ask_one(c.p, run, work, e, s, out, c.y, c.k, c.gaps)
+    torques = pulls(c.p, s, out, law_slope(p, run, c, column, out.read_l))
+    net_u, net_l, size_u, size_l = torques
     c.gaps[0], c.gaps[1] = size_u - s.side_u * net_u, size_l - s.side_l * net_l
-    if mode[0] != 0:
-        k[1] = (net_u - s.side_u * size_u) / (q.Ju + out.inertia_u)
-        c.gaps[0] = s.side_u * s.omega_u
-    if mode[1] != 0:
-        k[2] = (net_l - s.side_l * size_l) * q.per_Jl
-        c.gaps[1] = s.side_l * s.omega_l
+    set_rates(c.p, run, s, out, torques, c.k, c.gaps)
 
 
 @unit(FILL)
@@ -152,6 +99,7 @@ def carry_with_effects(p, run, work, tab, h):
     rows = N_STATE + work.inner
     for column in range(c.columns):
         c.moment[column] = 0.0
+        set_step(work, c, column)
         for i in range(tab.stages + 1):
             for r in range(rows):
                 rise = 0.0
@@ -160,10 +108,8 @@ def carry_with_effects(p, run, work, tab, h):
                 c.along[r] = c.sens[r, column] + h * rise
             if i < tab.stages:
                 column_rates(p, run, work, c, int64(i), column, run.t + tab.c[i] * h, 0.0)
-                for r in range(N_STATE):
+                for r in range(rows):
                     c.rates[i, r, column] = c.k[r].imag / _SMALL
-                for r in range(work.inner):
-                    c.rates[i, N_STATE + r, column] = c.kz[r].imag / _SMALL
         for r in range(rows):
             c.sens[r, column] = c.along[r]
 
@@ -171,10 +117,8 @@ def carry_with_effects(p, run, work, tab, h):
 @kernel
 def keep_rates(work, to):
     """Rates of the spare row."""
-    for r in range(N_STATE):
+    for r in range(N_STATE + work.inner):
         to[r] = work.k[SPARE, r]
-    for r in range(work.inner):
-        to[N_STATE + r] = work.kz[SPARE, r]
 
 
 @unit(CHANGE)
@@ -189,11 +133,13 @@ def mark_event(p, run, work, tab, which, u):
     if work.located:
         for r in range(N_STATE + work.inner):
             c.along[r] = c.before[r]
+        set_step(work, c, _TIME)
         column_rates(p, run, work, c, int64(SPARE), int64(_TIME), run.t, 1.0)
         fall = c.gaps[which].imag / _SMALL
         for column in range(c.columns):
             for r in range(N_STATE + work.inner):
                 c.along[r] = c.sens[r, column]
+            set_step(work, c, column)
             column_rates(p, run, work, c, int64(SPARE), column, run.t, 0.0)
             change = c.gaps[which].imag / _SMALL
             c.moment[column] = -change / fall if fall != 0.0 else 0.0
@@ -218,10 +164,11 @@ def jump_after_event(p, run, work, tab, which, u):
                 c.since[column] = moment
         if which >= FIRST_SWITCH and work.inner > 0:
             c.signal.settle = 1
+            set_step(work, c, column)
             column_rates(p, run, work, c, int64(SPARE), column, run.t, moment)
             c.signal.settle = 0
-            for r in range(work.inner):
-                c.along[N_STATE + r] = c.z[r].imag / _SMALL
+            for r in range(N_STATE, rows):
+                c.along[r] = c.y[r].imag / _SMALL
         for r in range(rows):
             c.sens[r, column] = c.along[r] - c.after[r] * moment
     return 0
@@ -241,8 +188,9 @@ def first_slopes(p, run, work, tab, which, u):
     for column in range(c.width):
         for r in range(N_STATE + work.inner):
             c.along[r] = c.sens[r, column] if r < N_STATE else 0.0
+        set_step(work, c, column)
         column_rates(p, run, work, c, int64(SPARE), column, run.t, 0.0)
-        for r in range(work.inner):
-            c.sens[N_STATE + r, column] = c.z[r].imag / _SMALL
+        for r in range(N_STATE, N_STATE + work.inner):
+            c.sens[r, column] = c.y[r].imag / _SMALL
     c.signal.choose = c.signal.first = 0
     return 0

@@ -10,7 +10,6 @@ from drill_env.integrator._roots import (
     first_share,
     stage_event,
 )
-from drill_env.integrator._step import inner_dense
 from drill_env.integrator.records import LOWER, LOWER_LAW
 from drill_env.integrator.signatures import call_fill, call_step
 
@@ -117,7 +116,6 @@ def first_event(p, run, work, tab, h):
         if may_end(disc, p, run, work, tab.stages, h):
             if not has_dense:
                 call_fill(tab.fill, p, run, work, tab, h)
-                inner_dense(work, tab, h)
                 has_dense = True
             s = first_share(disc, p, run, work, tab, h)
             if s < share:

@@ -5,7 +5,7 @@ Friction and effects may differ on both sides of rest, so both are asked.
 
 from drill_env._jit import kernel
 from drill_env.effects.signal import entry_at
-from drill_env.integrator.records import FIRST_SWITCH, LOWER, UPPER
+from drill_env.integrator.records import FIRST_SWITCH, LOWER, N_STATE, UPPER
 
 
 @kernel
@@ -42,7 +42,7 @@ def lean(run, work, disc):
 def keep_side(work, row, place):
     """Rates of the inner states and the switches' functions with the discs at rest on one side."""
     for r in range(work.inner):
-        work.kz_sides[place, r] = work.kz[row, r]
+        work.kz_sides[place, r] = work.k[row, N_STATE + r]
     for j in range(work.switches):
         work.gap_sides[place, j] = work.gaps[row, FIRST_SWITCH + j]
 
@@ -61,7 +61,7 @@ def settle_sides(run, work, row):
             share = lean(run, work, disc)
             for r in range(e.first_state, e.first_state + e.states):
                 back, ahead = work.kz_sides[0, r], work.kz_sides[1, r]
-                work.kz[row, r] = back + share * (ahead - back)
+                work.k[row, N_STATE + r] = back + share * (ahead - back)
             for j in range(e.first_switch, e.first_switch + e.switches):
                 back, ahead = work.gap_sides[0, j], work.gap_sides[1, j]
                 work.gaps[row, FIRST_SWITCH + j] = back + share * (ahead - back)

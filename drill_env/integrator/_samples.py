@@ -1,8 +1,7 @@
 """Compiled filling of the samples that lie within a step or a rest."""
 
 from drill_env._jit import inlined, kernel, store_number, store_whole
-from drill_env.integrator._step import dense_at, inner_at
-from drill_env.integrator._step_size import next_sample
+from drill_env.integrator._step import dense_at, next_sample
 from drill_env.integrator._variational import copy_sensitivity
 from drill_env.integrator.records import N_STATE
 
@@ -52,6 +51,7 @@ def write_samples(run, work, tab, h, t_new):
             store_number(work.out, row * N_STATE + i, value)
         if work.inner_out != 0:
             for r in range(work.inner):
-                value = work.zs[tab.stages, r] if now == t_new else inner_at(work, tab, r, s)
+                i = N_STATE + r
+                value = work.ys[tab.stages, i] if now == t_new else sample_at(work, tab, i, s)
                 store_number(work.inner_out, row * work.inner + r, value)
         end_sample(run, work)

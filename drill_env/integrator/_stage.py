@@ -46,6 +46,22 @@ States and rates are tuples of three as `keep_stage` has them, the newest rates 
 
 
 @inlined
+def weighed(weights, rates):
+    """Sum of weights times rates, both tuples."""
+    total = weights[0] * rates[0]
+    for j in range(1, len(weights)):
+        total += weights[j] * rates[j]
+    return total
+
+
+@inlined
+def column_rates(a, b, d, slope, force_u, force_l, y):
+    """Rates of a column of the sensitivities by `jac`, the lower law's slope and what drives it."""
+    x, v, w = y
+    return v - w, a * x + b * v + force_u, d * x + slope * w + force_l
+
+
+@inlined
 def keep_stage(p, run, work, tab, h, i, y):
     """Store state `y`, rates and the lower law's shares of stage `i`; returns the rates."""
     mode, ys, k, shares = run.mode, work.ys, work.k, work.shares

@@ -1,10 +1,19 @@
-"""Compiled start of a step, its error and its dense output.
+"""Compiled start of a step, its length, its error and its dense output.
 
 The start of the step is stage 0 of `work.ys`; the state at its end stage `tab.stages`.
 """
 
-from drill_env._jit import inlined, kernel
+from math import inf
+
+from drill_env._jit import inlined, kernel, number_at
+from drill_env.effects.pace import REACH
 from drill_env.integrator._stage import keep_stage
+
+DONE, LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS = 0, 1, 2, 3
+
+# So many mode changes at one instant are chatter: one tiny step is then taken as it is.
+CHATTER_LIMIT = 12
+_CHATTER_STEP = 1e-7
 
 
 @inlined
@@ -16,7 +25,7 @@ def fill_rates(p, run, work, tab, h, stage):
 
 @inlined
 def dense_at(work, tab, component, s):
-    """State component at share `s` of the step."""
+    """State component, or inner state, at share `s` of the step."""
     value = work.dense[component, tab.degree - 1]
     for m in range(tab.degree - 2, -1, -1):
         value = value * s + work.dense[component, m]
@@ -24,43 +33,51 @@ def dense_at(work, tab, component, s):
 
 
 @inlined
-def inner_at(work, tab, r, s):
-    """Inner state `r` at share `s` of the step."""
-    value = 0.0
-    for m in range(tab.degree - 1, -1, -1):
-        value = (value + work.dense_z[r, m]) * s
-    return work.zs[0, r] + value
-
-
-@kernel
-def inner_dense(work, tab, h):
-    """What `inner_at` reads, once the dense output of the state is filled."""
-    for r in range(work.inner):
-        for m in range(tab.degree):
-            total = 0.0
-            for j in range(tab.stages + tab.extra + 1):
-                total += tab.dense[j, m] * work.kz[j, r]
-            work.dense_z[r, m] = h * total
-
-
-@inlined
 def scaled(work, i, last):
-    """Reciprocal of the error allowed in state component `i`."""
+    """Reciprocal of the error allowed in component `i`."""
     size = max(abs(work.ys[0, i]), abs(work.ys[last, i]))
     return 1.0 / (work.atol + work.rtol * size)
 
 
+@inlined
+def next_sample(run, work):
+    """Time of the next sample (s), infinity after the last one."""
+    return number_at(work.t_eval, run.sample) if run.sample < work.samples else inf
+
+
+@inlined
+def choose_step(run, work):
+    """Step to try, and the time at which it ends exactly (or infinity)."""
+    target = work.end
+    if work.sensitivity:
+        # Sensitivities have no dense output: end a step at every sample.
+        target = min(target, next_sample(run, work))
+    limit = target - run.t
+    h = min(run.h, work.max_step)
+    if work.pace[0] > 0.0:
+        h = min(h, REACH / work.pace[0])
+    if run.chatter >= CHATTER_LIMIT:
+        h = min(h, _CHATTER_STEP)
+    if h >= limit * (1.0 - 1e-9):
+        return limit, target
+    # Two equal steps rather than a step and a sliver.
+    return min(h, 0.5 * limit) if h > 0.5 * limit else h, 1e300
+
+
 @kernel
-def inner_errors(work, tab):
-    """Squared scaled errors of the inner states by both estimates, before the step's length."""
-    n, high2, low2 = tab.stages, 0.0, 0.0
-    for r in range(work.inner):
-        high = low = 0.0
-        for j in range(n + 1):
-            high += tab.error_high[j] * work.kz[j, r]
-            low += tab.error_low[j] * work.kz[j, r]
-        size = max(abs(work.zs[0, r]), abs(work.zs[n, r]))
-        scale = 1.0 / (work.atol + work.rtol * size)
-        high2 += (high * scale) ** 2
-        low2 += (low * scale) ** 2
-    return high2, low2
+def reject(run, tab, h, error):
+    """Shorten the next try; a collapse of the step is a failure."""
+    run.rejected += 1
+    factor = 0.8 * error ** (-1.0 / tab.order) if error == error else 0.1
+    run.h = h * max(0.2, factor)
+    return STEP_TOO_SMALL if run.h < 1e-14 * (1.0 + abs(run.t)) else DONE
+
+
+@kernel
+def adapt(run, tab, h, clipped, error):
+    """Set the next step from the error of an accepted one."""
+    # Slow growth: the friction is steep near rest, and a long step into it is lost.
+    grow = 2.0 if error < 1e-3 else min(2.0, 0.8 * error ** (-1.0 / tab.order))
+    new = h * max(grow, 0.3)
+    # A step cut short by a sample or a jump says nothing against longer ones.
+    run.h = max(new, run.h) if clipped and grow >= 1.0 else new

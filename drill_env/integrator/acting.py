@@ -11,39 +11,85 @@ from drill_env.effects.pace import fastest_rate
 from drill_env.effects.signal import clear_ports, entry_at, respond
 from drill_env.friction.kernels import lower_size, lower_sliding, upper_sliding
 from drill_env.integrator._resting import choose_push, keep_held, keep_side, settle_sides
-from drill_env.integrator._step import dense_at, inner_at
+from drill_env.integrator._step import dense_at
 from drill_env.integrator._voltage_piece import past_voltage_at, voltage_at, voltage_slope
-from drill_env.integrator.records import FIRST_SWITCH, LOWER, SPARE, UPPER
+from drill_env.integrator.records import FIRST_SWITCH, LOWER, N_STATE, SPARE, THETA_L, UPPER
 from drill_env.integrator.signatures import GAP, RATES, STAGE, call_rates
 
 
 @inlined
-def set_sides(run, s):
-    """Directions of the discs, of one at rest that in which it is judged."""
+def set_sides(p, run, s):
+    """Directions of the discs, of one at rest that in which it is judged, and the upper law."""
     s.side_u = run.push[0] if s.rest_u else run.mode[0]
     s.side_l = run.push[1] if s.rest_l else run.mode[1]
+    s.friction_u = s.side_u * upper_sliding(p, s.side_u, s.side_u * s.speed_u)
 
 
 @inlined
-def set_upper_law(p, s):
-    """Size (Nm) of the upper disc's own friction."""
-    s.friction_u = s.side_u * upper_sliding(p, s.side_u, s.side_u * s.speed_u)
+def set_state(p, run, s, y):
+    """What the effects read in a state; the clock and the voltage there have been set."""
+    s.twist, s.omega_u, s.omega_l, s.theta_l = y[0], y[1], y[2], y[3]
+    s.theta_u = y[0] + y[3]
+    s.rest_u, s.rest_l = run.mode[0] == 0, run.mode[1] == 0
+    s.speed_u, s.speed_l = run.mode[0] * y[1], run.mode[1] * y[2]
+    s.dwell_l = s.t - run.since[1] if s.rest_l else 0.0
+    s.pull = p.ktheta * y[0]
+    set_sides(p, run, s)
+
+
+@inlined
+def ask_one(p, run, work, e, s, out, y, k, gaps):
+    """Let an effect add to the ports, and tell the rates of its inner states and its switches."""
+    first = N_STATE + e.first_state
+    for j in range(e.states):
+        e.z[j] = 0.0 if s.first else y[first + j]
+    for j in range(e.switches):
+        e.side[j], e.gap[j] = run.branch[e.first_switch + j], 1.0
+    respond(e.code, p, e, s, out)
+    for j in range(e.states):
+        k[first + j] = e.rate[j]
+        if s.first or s.settle:
+            y[first + j] = e.z[j]
+    for j in range(e.switches):
+        gaps[FIRST_SWITCH + e.first_switch + j] = e.gap[j]
+        work.next[e.first_switch + j] = e.next[j]
+        run.branch[e.first_switch + j] = e.side[j]
+
+
+@inlined
+def pulls(p, s, out, law):
+    """Torques (Nm) on both discs without their friction, and the sizes of that."""
+    string = s.pull + out.string
+    net_u = out.drive * p.km * (s.u + out.volts) + p.load_u + out.torque_u - string
+    net_l = string + p.load_l + out.torque_l
+    size_u = s.friction_u * (1.0 + out.scale_u) + out.size_u
+    size_l = law * (1.0 + out.scale_l) + out.size_l
+    return net_u, net_l, size_u, size_l
+
+
+@inlined
+def set_rates(p, run, s, out, torques, k, gaps):
+    """Rates of the state, and event functions of the discs that move."""
+    mode = run.mode
+    net_u, net_l, size_u, size_l = torques
+    k[0], k[3] = s.omega_u - s.omega_l, s.omega_l
+    k[1] = k[2] = 0.0
+    if mode[0] != 0:
+        k[1] = (net_u - mode[0] * size_u) / (p.Ju + out.inertia_u)
+        gaps[0] = mode[0] * s.omega_u
+    if mode[1] != 0:
+        k[2] = (net_l - mode[1] * size_l) * p.per_Jl
+        gaps[1] = mode[1] * s.omega_l
+    elif p.locked:
+        gaps[1] = 1.0
 
 
 @inlined
 def set_signal(p, run, work, row, t, u):
     """What the effects read in the state of a row."""
-    s, y, mode = work.signal, work.ys[row], run.mode
+    s = work.signal
     s.t, s.u, s.u_rate = run.origin + t, u, voltage_slope(work, t)
-    s.twist, s.omega_u, s.omega_l, s.theta_l = y[0], y[1], y[2], y[3]
-    s.theta_u = y[0] + y[3]
-    s.rest_u, s.rest_l = mode[0] == 0, mode[1] == 0
-    set_sides(run, s)
-    s.speed_u = 0.0 if s.rest_u else s.side_u * y[1]
-    s.speed_l = 0.0 if s.rest_l else s.side_l * y[2]
-    s.dwell_l = s.t - run.since[1] if s.rest_l else 0.0
-    s.pull = p.ktheta * y[0]
-    set_upper_law(p, s)
+    set_state(p, run, s, work.ys[row])
     if work.own_law:
         s.friction_l = lower_law(p, run, s.speed_l)
 
@@ -58,47 +104,27 @@ def lower_law(p, run, speed):
 
 
 @inlined
+def law_read(p, run, work):
+    """The same at the speed at which the effects have it read."""
+    s, out = work.signal, work.ports
+    if out.read_l != s.speed_l:
+        # Its clamping no event tells.
+        return lower_size(p, out.read_l)
+    return s.friction_l if work.own_law else lower_law(p, run, s.speed_l)
+
+
+@inlined
 def ask(p, run, work, row, t):
     """Let every effect add to the ports."""
-    s, out = work.signal, work.ports
-    clear_ports(out, s)
+    clear_ports(work.ports, work.signal)
     for i in range(work.acting):
         e = entry_at(work.effects, i)
         if e.idle:
             continue
-        for j in range(e.states):
-            e.z[j] = work.zs[row, e.first_state + j]
-        for j in range(e.switches):
-            e.side[j], e.gap[j] = run.branch[e.first_switch + j], 1.0
         if e.delayed:
             e.u_late = past_voltage_at(work, t)
-        respond(e.code, p, e, s, out)
-        for j in range(e.states):
-            work.kz[row, e.first_state + j] = e.rate[j]
-        for j in range(e.switches):
-            work.gaps[row, FIRST_SWITCH + e.first_switch + j] = e.gap[j]
-            work.next[e.first_switch + j] = e.next[j]
-            run.branch[e.first_switch + j] = e.side[j]
-        if s.first or s.settle:
-            for j in range(e.states):
-                work.zs[row, e.first_state + j] = e.z[j]
-
-
-@inlined
-def pulls(p, run, work, u):
-    """Torques (Nm) on both discs without their friction, and the sizes of that."""
-    s, out = work.signal, work.ports
-    string = s.pull + out.string
-    net_u = out.drive * p.km * (u + out.volts) + p.load_u + out.torque_u - string
-    net_l = string + p.load_l + out.torque_l
-    if out.read_l != s.speed_l:
-        # Its clamping no event tells.
-        law = lower_size(p, out.read_l)
-    else:
-        law = s.friction_l if work.own_law else lower_law(p, run, s.speed_l)
-    size_u = s.friction_u * (1.0 + out.scale_u) + out.size_u
-    size_l = law * (1.0 + out.scale_l) + out.size_l
-    return net_u, net_l, size_u, size_l
+        y, k, gaps = work.ys[row], work.k[row], work.gaps[row]
+        ask_one(p, run, work, e, work.signal, work.ports, y, k, gaps)
 
 
 @unit(RATES)
@@ -108,9 +134,9 @@ def rates_with_effects(p, run, work, row, t, u):
     A disc at rest is judged on both sides, and left on that to which it would leave. Effects that
     do not tell the sides apart are asked once for both.
     """
-    mode, push, k, gaps = run.mode, run.push, work.k[row], work.gaps[row]
+    mode, push, gaps = run.mode, run.push, work.gaps[row]
     rests = mode[0] == 0 or mode[1] == 0
-    net_u = net_l = size_u = size_l = held_u = held_l = 0.0
+    torques, held_u, held_l = (0.0, 0.0, 0.0, 0.0), 0.0, 0.0
     for attempt in range(3):
         if rests and attempt < 2:
             push[0] = push[1] = 2 * attempt - 1
@@ -118,12 +144,12 @@ def rates_with_effects(p, run, work, row, t, u):
             set_signal(p, run, work, row, t, u)
             ask(p, run, work, row, t)
         else:
-            set_sides(run, work.signal)
-            set_upper_law(p, work.signal)
-        net_u, net_l, size_u, size_l = pulls(p, run, work, u)
+            set_sides(p, run, work.signal)
+        torques = pulls(p, work.signal, work.ports, law_read(p, run, work))
         if not rests or attempt == 2:
             break
         # As in `upper_margin`: what just holds does so whichever way its sum is rounded.
+        net_u, net_l, size_u, size_l = torques
         terms = abs(p.km * u) + abs(work.signal.pull)
         keep_held(work, UPPER, attempt, size_u, push[0] * net_u - ROUNDING * (size_u + terms))
         keep_held(work, LOWER, attempt, size_l, push[1] * net_l)
@@ -137,33 +163,19 @@ def rates_with_effects(p, run, work, row, t, u):
                 break
     if rests and work.sided:
         settle_sides(run, work, row)
-    work.net[0], work.net[1], work.asked = net_u, net_l, row
-    y = work.ys[row]
-    k[0], k[3] = y[1] - y[2], y[2]
-    k[1] = k[2] = 0.0
+    work.net[0], work.net[1], work.asked = torques[0], torques[1], row
     gaps[0], gaps[1] = held_u, held_l
-    if mode[0] != 0:
-        k[1] = (net_u - mode[0] * size_u) / (p.Ju + work.ports.inertia_u)
-        gaps[0] = mode[0] * y[1]
-    if mode[1] != 0:
-        k[2] = (net_l - mode[1] * size_l) * p.per_Jl
-        gaps[1] = mode[1] * y[2]
-    elif p.locked:
-        gaps[1] = 1.0
+    set_rates(p, run, work.signal, work.ports, torques, work.k[row], gaps)
 
 
 @unit(STAGE)
 def stage_with_effects(p, run, work, tab, h, i, u):
     """Stage `i` of a step: what the unrolled pair leaves out, and its rates."""
-    angle = 0.0
-    for j in range(i):
-        angle += tab.a[i, j] * work.k[j, 3]
-    work.ys[i, 3] = work.ys[0, 3] + h * angle
-    for r in range(work.inner):
+    for r in range(THETA_L, N_STATE + work.inner):
         rise = 0.0
         for j in range(i):
-            rise += tab.a[i, j] * work.kz[j, r]
-        work.zs[i, r] = work.zs[0, r] + h * rise
+            rise += tab.a[i, j] * work.k[j, r]
+        work.ys[i, r] = work.ys[0, r] + h * rise
     call_rates(tab.rates, p, run, work, i, run.t + tab.c[i] * h, u)
     if i == 0 or i == tab.stages:
         work.pace[min(i, 1)] = fastest_of_all(p, work)
@@ -186,13 +198,11 @@ def fastest_of_all(p, work):
 @unit(GAP)
 def gap_with_effects(p, run, work, tab, h, share, which):
     """Event function `which` at a share of the step, from the dense output."""
-    for i in range(4):
-        work.ys[SPARE, i] = dense_at(work, tab, i, share)
+    for r in range(N_STATE + work.inner):
+        work.ys[SPARE, r] = dense_at(work, tab, r, share)
     for disc in range(2):
         if run.mode[disc] == 0:
             work.ys[SPARE, 1 + disc] = 0.0
-    for r in range(work.inner):
-        work.zs[SPARE, r] = inner_at(work, tab, r, share)
     t = run.t + share * h
     call_rates(tab.rates, p, run, work, SPARE, t, voltage_at(work, t))
     return work.gaps[SPARE, which]

@@ -5,14 +5,14 @@ from numba import int64
 from drill_env._jit import address_of, entry, inlined, kernel, unit
 from drill_env.integrator._events import first_event
 from drill_env.integrator._samples import rest_to_end, write_samples
-from drill_env.integrator._step import fill_rates, inner_dense
-from drill_env.integrator._step_size import (
+from drill_env.integrator._step import (
     CHATTER_LIMIT,
     DONE,
     LOG_FULL,
     TOO_MANY_STEPS,
     adapt,
     choose_step,
+    fill_rates,
     next_sample,
     reject,
 )
@@ -34,7 +34,7 @@ def load_rates(p, run, work, tab):
         work.ys[0, i] = run.y[i]
     if not work.has_rates:
         for r in range(work.inner):
-            work.zs[0, r] = run.z[r]
+            work.ys[0, N_STATE + r] = run.z[r]
         fill_rates(p, run, work, tab, 0.0, int64(0))
         work.has_rates = 1
 
@@ -64,7 +64,7 @@ def nothing_moves(run, work):
         return False
     for r in range(work.inner):
         allowed = work.atol + work.rtol * abs(run.z[r])
-        if abs(work.kz[0, r]) * (work.end - run.t) > _LAST_DIGIT * allowed:
+        if abs(work.k[0, N_STATE + r]) * (work.end - run.t) > _LAST_DIGIT * allowed:
             return False
     return True
 
@@ -82,8 +82,6 @@ def finish_step(p, run, work, tab, h, t_new):
     )
     if turns or next_sample(run, work) < t_new:
         call_fill(tab.fill, p, run, work, tab, h)
-        if work.inner_out != 0:
-            inner_dense(work, tab, h)
     if work.sensitivity:
         call_fill(tab.carry, p, run, work, tab, h)
     write_samples(run, work, tab, h, t_new)
@@ -105,9 +103,9 @@ def finish_step(p, run, work, tab, h, t_new):
 @kernel
 def keep_inner(run, work, last):
     """Inner states, their rates and the event functions of a step's end are those of the next."""
-    for r in range(work.inner):
-        run.z[r] = work.zs[0, r] = work.zs[last, r]
-        work.kz[0, r] = work.kz[last, r]
+    for r in range(N_STATE, N_STATE + work.inner):
+        run.z[r - N_STATE] = work.ys[0, r] = work.ys[last, r]
+        work.k[0, r] = work.k[last, r]
     work.pace[0] = work.pace[1]
     for j in range(3 + work.switches):
         work.gaps[0, j] = work.gaps[last, j]

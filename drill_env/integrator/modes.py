@@ -1,11 +1,19 @@
-"""Compiled slip/stick transitions: which mode follows which."""
+"""Compiled slip/stick transitions: which mode, and which branch of a switch, follows which."""
 
-from drill_env._jit import entry, inlined, kernel, placed
+from drill_env._jit import entry, inlined, kernel, placed, unit
 from drill_env.dynamics.kernels import lower_margin, lower_rate, upper_margin, upper_rate
 from drill_env.integrator._events import CLOSED
 from drill_env.integrator._step import dense_at
-from drill_env.integrator.records import EVENT, FIRST_SWITCH, LOWER, LOWER_LAW, N_STATE, UPPER
-from drill_env.integrator.signatures import call_change
+from drill_env.integrator.records import (
+    EVENT,
+    FIRST_SWITCH,
+    LOWER,
+    LOWER_LAW,
+    N_STATE,
+    SPARE,
+    UPPER,
+)
+from drill_env.integrator.signatures import CHANGE, call_change, call_rates
 
 STICK, SLIP, REVERSAL, MAXIMUM, MINIMUM, CLAMP, SWITCH = 0, 1, 2, 3, 4, 5, 6
 
@@ -43,26 +51,33 @@ def start_clamp(p, run):
 
 
 @kernel
+def stop(which, run):
+    """Put a disc to rest at its event; returns the direction in which it moved, 0 for rest."""
+    before = run.mode[which]
+    run.y[1 + which], run.mode[which] = 0.0, 0
+    if which == LOWER and before != 0:
+        run.mode[2] = 0
+    return before
+
+
+@kernel
+def go_on(which, run, before, held):
+    """Leave it there where stiction holds it, or let it go in its direction; the event's kind."""
+    if before != 0 and held >= 0.0:
+        return STICK
+    run.mode[which] = run.push[which]
+    return SLIP if before in (0, run.push[which]) else REVERSAL
+
+
+@kernel
 def transit(which, p, run, u):
     """Change the mode of disc `which` at its event; returns the kind of event."""
     if which == LOWER_LAW:
         rising = p.clamp_high - abs(run.y[2]) < abs(run.y[2]) - p.clamp_low
         run.mode[2] = 1 if run.mode[2] != 1 else (2 if rising else 0)
         return CLAMP
-    margin, sign = margin_of(which, p, run, u)
-    if run.mode[which] == 0:
-        run.mode[which] = sign
-        return SLIP
-    run.y[1 + which] = 0.0
-    if which == LOWER:
-        run.mode[2] = 0
-    if margin >= 0.0:
-        run.mode[which] = 0
-        return STICK
-    if sign == run.mode[which]:
-        return SLIP
-    run.mode[which] = sign
-    return REVERSAL
+    margin, run.push[which] = margin_of(which, p, run, u)
+    return go_on(which, run, stop(which, run), margin)
 
 
 @inlined
@@ -151,7 +166,70 @@ def change(which, p, run, work, tab, u):
     work.has_rates = 0
 
 
+@kernel
+def rates_now(p, run, work, tab, u):
+    """Event functions and rates of the present state, in the spare row."""
+    for i in range(4):
+        work.ys[SPARE, i] = run.y[i]
+    for r in range(work.inner):
+        work.ys[SPARE, N_STATE + r] = run.z[r]
+    call_rates(tab.rates, p, run, work, SPARE, run.t, u)
+
+
+@unit(CHANGE)
+def change_with_effects(p, run, work, tab, which, u):
+    """Pass an event other than the clamped law's; returns its kind."""
+    rates_now(p, run, work, tab, u)
+    if which >= FIRST_SWITCH:
+        run.branch[which - FIRST_SWITCH] = work.next[which - FIRST_SWITCH]
+        work.signal.settle = 1
+        rates_now(p, run, work, tab, u)
+        work.signal.settle = 0
+        for r in range(work.inner):
+            run.z[r] = work.ys[SPARE, N_STATE + r]
+        return SWITCH
+    before = stop(which, run)
+    if before != 0:
+        run.since[which] = run.origin + run.t
+        rates_now(p, run, work, tab, u)
+    return go_on(which, run, before, work.gaps[SPARE, which])
+
+
+@unit(CHANGE)
+def start_with_effects(p, run, work, tab, which, u):
+    """Branches of a state, and its modes and first inner states where `which` asks for them.
+
+    `which` is the sum of 1 for the modes and 2 for the inner states.
+    """
+    s = work.signal
+    s.choose, s.first = 1, which // 2
+    if run.push[UPPER] == 0:
+        run.push[UPPER] = run.push[LOWER] = 1
+        run.since[UPPER] = run.since[LOWER] = run.origin + run.t
+    for attempt in range(2):
+        if which % 2 == 1:
+            choose_modes(p, run, work, attempt)
+        rates_now(p, run, work, tab, u)
+    for r in range(work.inner):
+        run.z[r] = work.ys[SPARE, N_STATE + r]
+    s.choose = s.first = 0
+    work.has_rates = 0
+    return STICK
+
+
+@kernel
+def choose_modes(p, run, work, attempt):
+    """Directions of both discs; at the second attempt those at rest are held or released."""
+    for disc in range(2):
+        speed = run.y[1 + disc]
+        if attempt == 0:
+            run.mode[disc] = 1 if speed > 0.0 else (-1 if speed < 0.0 else 0)
+        elif speed == 0.0 and work.gaps[SPARE, disc] < 0.0:
+            run.mode[disc] = run.push[disc]
+    start_clamp(p, run)
+
+
 @entry
 def start_any(p, run, work, tab, code, wanted, u):
-    """See `switching.start_with_effects`, whose address is `code`."""
+    """See `start_with_effects`, whose address is `code`."""
     return call_change(code, p, run, work, tab, wanted, u)

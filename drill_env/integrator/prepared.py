@@ -6,13 +6,11 @@ import numpy as np
 
 from drill_env._types import FloatArray, IntArray
 from drill_env.effects.declared import Declared, declared
-from drill_env.effects.readings import errors_at
-from drill_env.effects.signal import PORTS, RESTING, SIGNAL
+from drill_env.effects.signal import RESTING
 from drill_env.friction import kernel_record
 from drill_env.integrator._effect_slopes import first_slopes
-from drill_env.integrator.modes import start_any, start_mode
+from drill_env.integrator.modes import start_any, start_mode, start_with_effects
 from drill_env.integrator.slopes import Slopes
-from drill_env.integrator.switching import start_with_effects
 from drill_env.integrator.tableau import tableau
 from drill_env.integrator.voltage import Voltage, with_past
 from drill_env.parameters import Rig
@@ -35,7 +33,7 @@ class Prepared:
         self.effects: Declared = declared(rig)
         self.pair = tableau(method, sensitivity, self.effects.acts)
         wanted = sensitivity and self.effects.acts
-        self.slopes = Slopes(rig, self.effects) if wanted else None
+        self.slopes = Slopes(rig, self.effects, self.p[0]) if wanted else None
 
     def equip(self, work: np.ndarray) -> None:
         """Tell the working arrays of the effects."""
@@ -79,19 +77,6 @@ class Prepared:
         start_any(*given, start_with_effects.address, wanted, u)
         if self.slopes is not None:
             start_any(*given, first_slopes.address, int(inner is None), u)
-
-    def errors(
-        self, t: FloatArray, states: FloatArray, inner: FloatArray, late: FloatArray
-    ) -> FloatArray:
-        """Errors of both encoders at samples, rad, see `errors_at`; shape (n, 2)."""
-        out = np.zeros((len(t), 2))
-        entries = self.effects.entries
-        if entries["senses"].any():
-            errors_at(
-                self.p[0], entries, np.zeros(1, dtype=SIGNAL)[0], np.zeros(1, dtype=PORTS)[0], t,
-                states, inner, late, out,
-            )  # fmt: skip
-        return out
 
 
 def equip(work: np.ndarray, effects: Declared) -> None:

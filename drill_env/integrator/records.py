@@ -6,6 +6,9 @@ from drill_env.effects.signal import MOST_BRANCHES, MOST_INNER, MOST_STATES, POR
 from drill_env.parameters.record import N_PARAMETERS
 
 N_STATE = 4
+# No step is judged by the error of this angle: it is the integral of a speed that is judged.
+THETA_L = 3
+MOST_ROWS = N_STATE + MOST_INNER
 # Columns of the sensitivities: by the initial state, the external torques, the parameters.
 LOAD_U, LOAD_L = N_STATE, N_STATE + 1
 FIRST_PARAMETER = N_STATE + 2
@@ -76,10 +79,11 @@ WORK = np.dtype(
         ("log_size", "i8"),
         ("sens_out", "i8"),
         ("has_rates", "i8"),  # whether stage 0 is already filled
-        ("k", "f8", (MAX_STAGES + 1, N_STATE)),
-        ("ys", "f8", (MAX_STAGES + 1, N_STATE)),
+        # Rates and values at each stage: of the state, then of the inner states.
+        ("k", "f8", (MAX_STAGES + 1, MOST_ROWS)),
+        ("ys", "f8", (MAX_STAGES + 1, MOST_ROWS)),
         ("shares", "f8", (MAX_STAGES + 1, 2)),  # of the lower friction law at each stage
-        ("dense", "f8", (N_STATE, 7)),
+        ("dense", "f8", (MOST_ROWS, 7)),
         ("turn", "f8", (N_STATE,)),
         ("sens", "f8", (N_STATE, N_COLUMNS)),
         ("ks", "f8", (MAX_STAGES, N_STATE, N_COLUMNS)),
@@ -98,9 +102,6 @@ WORK = np.dtype(
         ("inner", "i8"),  # inner states of all of them
         ("switches", "i8"),
         ("inner_out", "i8"),  # address of the inner states at the samples, or 0
-        ("zs", "f8", (MAX_STAGES + 1, MOST_INNER)),
-        ("kz", "f8", (MAX_STAGES + 1, MOST_INNER)),
-        ("dense_z", "f8", (MOST_INNER, 7)),
         ("gaps", "f8", (MAX_STAGES + 1, 3 + MOST_BRANCHES)),  # a mode ends where one is negative
         ("next", "i8", (MOST_BRANCHES,)),
         ("net", "f8", (2,)),  # torques on the discs but for their friction, Nm

@@ -11,8 +11,9 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray, Method, VoltageFunction
 from drill_env.effects.declared import REACH
+from drill_env.effects.readings import errors_of
 from drill_env.friction import negative_range
-from drill_env.integrator._step_size import LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS
+from drill_env.integrator._step import LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS
 from drill_env.integrator.advance import advance
 from drill_env.integrator.prepared import Prepared
 from drill_env.integrator.records import (
@@ -122,7 +123,7 @@ def _read(prepared: Prepared, found: Trajectory, times: FloatArray) -> Trajector
     earlier = np.searchsorted(found.t, times[:, None] - delays)
     late = np.stack([found.theta_u[earlier], found.theta_l[earlier]], axis=2)
     states, inner = found.state[rows], found.inner[rows]
-    errors = prepared.errors(times, states, inner, np.ascontiguousarray(late))
+    errors = errors_of(prepared.p, prepared.effects.entries, times, states, inner, late)
     slopes = found.sensitivity[rows] if len(found.sensitivity) else found.sensitivity
     return replace(
         found, t=times, state=states, modes=found.modes[rows], inner=inner, errors=errors,

@@ -10,15 +10,13 @@ from drill_env.effects.declared import Declared, slope_code
 from drill_env.effects.signal import (
     ENTRY_SLOPES,
     MOST_BRANCHES,
-    MOST_INNER,
     PARAMETERS_SLOPES,
     PORTS_SLOPES,
     SIGNAL_SLOPES,
 )
-from drill_env.integrator.records import MAX_STAGES, MOST_COLUMNS, N_STATE
+from drill_env.integrator.records import MAX_STAGES, MOST_COLUMNS, MOST_ROWS, N_STATE
 from drill_env.parameters import SYMBOLS, Rig
 
-MOST_ROWS = N_STATE + MOST_INNER
 FIRST_NUMBER = N_STATE + len(SYMBOLS)
 
 SLOPES = np.dtype(
@@ -35,12 +33,14 @@ SLOPES = np.dtype(
         ("width", "i8"),  # those before the columns by the first inner states
         ("effect", "i8", (MOST_COLUMNS,)),  # whose number a column is of, -1 for none
         ("number", "i8", (MOST_COLUMNS,)),
-        ("entries", "i8"),
+        (
+            "entries",
+            "i8",
+        ),  # addresses: of the effects, and of `p`, which begins with the parameters
+        ("parameters", "i8"),
         ("gradient", "f8", (len(SYMBOLS),)),
-        ("y", "c16", (N_STATE,)),
-        ("z", "c16", (MOST_INNER,)),
-        ("k", "c16", (N_STATE,)),
-        ("kz", "c16", (MOST_INNER,)),
+        ("y", "c16", (MOST_ROWS,)),
+        ("k", "c16", (MOST_ROWS,)),
         ("gaps", "c16", (3 + MOST_BRANCHES,)),
         ("p", PARAMETERS_SLOPES),
         ("signal", SIGNAL_SLOPES),
@@ -71,12 +71,13 @@ class Slopes:
     Args:
         rig: parameters and effects.
         effects: the same effects as the compiled code reads them.
+        p: the same parameters, a record of `PARAMETERS`.
 
     Raises:
         InputError: an effect reads the past, cannot be differentiated, or there are too many.
     """
 
-    def __init__(self, rig: Rig, effects: Declared) -> None:
+    def __init__(self, rig: Rig, effects: Declared, p: np.void) -> None:
         if effects.reads_past:
             raise InputError(
                 "sensitivity is not offered with input_delay: what the voltage was would have to "
@@ -91,6 +92,9 @@ class Slopes:
         self.record = np.zeros(1, dtype=SLOPES)
         record = self.record[0]
         record["entries"] = self.entries.ctypes.data
+        record["parameters"] = self.record["p"].ctypes.data
+        for name in PARAMETERS_SLOPES.names or ():
+            record["p"][name] = p[name]
         record["effect"] = record["number"] = -1
         found = numbers(rig)
         self.width = FIRST_NUMBER + len(found)

@@ -14,8 +14,8 @@ from drill_env.integrator._effect_slopes import carry_with_effects, jump_after_e
 from drill_env.integrator._variational import step_sensitivity
 from drill_env.integrator.acting import gap_with_effects, rates_with_effects, stage_with_effects
 from drill_env.integrator.advance import run_pieces
+from drill_env.integrator.modes import change_with_effects
 from drill_env.integrator.records import MAX_STAGES, TABLEAU
-from drill_env.integrator.switching import change_with_effects
 
 
 def _dop853_dense() -> FloatArray:

@@ -142,22 +142,25 @@ def _cut(voltage: Voltage, t_start: float, t_end: float) -> Voltage:
         return voltage
     first = int(np.searchsorted(breaks, t_start, side="right")) - 1
     last = max(int(np.searchsorted(breaks, t_end, side="left")), first + 1)
-    last = min(last, len(breaks) - 1)
-    new = breaks[first : last + 1].copy()
-    pieces = voltage.pieces[first:last].copy()
+    rows = slice(first, min(last, len(breaks) - 1))
+    new, pieces = breaks[first : rows.stop + 1].copy(), voltage.pieces[rows]
     new[0], new[-1] = t_start, t_end
-    for i, j in ((0, first), (len(pieces) - 1, last - 1)):
-        pieces[i] = _restrict(voltage.pieces[j], breaks[j], breaks[j + 1], new[i], new[i + 1])
-    return Voltage(new, pieces)
+    # What is constant is the same however it is cut.
+    return Voltage(new, pieces if pieces.shape[1] == 1 else _pieces_between(voltage, new))
 
 
-def _restrict(piece: FloatArray, a: float, b: float, low: float, high: float) -> FloatArray:
-    line = [(low - a) / (b - a), (high - low) / (b - a)]
-    out = np.zeros_like(piece)
-    base = np.array([1.0])
-    for coefficient in piece:
-        out[: len(base)] += coefficient * base
-        base = polynomial.polymul(base, line)[: len(piece)]
+def _pieces_between(voltage: Voltage, breaks: FloatArray) -> FloatArray:
+    """Coefficients of a voltage between other breaks, its own among them, shape (n, degree + 1)."""
+    middle = breaks[:-1] + 0.5 * np.diff(breaks)
+    rows = np.searchsorted(voltage.breaks, middle, side="right") - 1
+    rows = np.clip(rows, 0, len(voltage.pieces) - 1)
+    start, length = voltage.breaks[rows], np.diff(voltage.breaks)[rows]
+    low, share = (breaks[:-1] - start) / length, np.diff(breaks) / length
+    out = np.zeros((len(rows), voltage.pieces.shape[1]))
+    for coefficients in voltage.pieces[rows].T[::-1]:
+        # Horner's rule in the share of the old piece, low + share s.
+        out = low[:, None] * out + share[:, None] * np.roll(out, 1, axis=1)
+        out[:, 0] += coefficients
     return out
 
 
@@ -177,24 +180,13 @@ def with_past(
         ago; and how many these are.
     """
     start, end = voltage.breaks[0], voltage.breaks[-1]
-    late = source.breaks + delay
-    breaks = np.unique(np.concatenate([voltage.breaks, late[(late > start) & (late < end)]]))
+    late = Voltage(source.breaks + delay, source.pieces)
+    inside = late.breaks[(late.breaks > start) & (late.breaks < end)]
+    breaks = np.unique(np.concatenate([voltage.breaks, inside]))
     breaks = breaks[np.append(np.diff(breaks) > _SHORTEST, True)]
     breaks[0] = start
-    middle = 0.5 * (breaks[:-1] + breaks[1:])
-    own = np.searchsorted(voltage.breaks, middle, side="right") - 1
-    past = np.searchsorted(late, middle, side="right") - 1
-    count = voltage.pieces.shape[1]
-    pieces = np.zeros((len(middle), 2 * count))
-    pieces[:, :count], pieces[:, count:] = voltage.pieces[own], source.pieces[past]
-    if count > 1:
-        for row, (i, j) in enumerate(zip(own.tolist(), past.tolist(), strict=True)):
-            for place, whole, k, shift in ((0, voltage, i, 0.0), (count, source, j, delay)):
-                if k >= 0:
-                    a, b, low, high = map(float, (*whole.breaks[k : k + 2], *breaks[row : row + 2]))
-                    pieces[row, place : place + count] = _restrict(
-                        whole.pieces[k], a, b, low - shift, high - shift
-                    )
-    pieces[past < 0, count:] = 0.0
-    pieces[past < 0, count] = before
-    return Voltage(breaks, pieces), count
+    past = _pieces_between(late, breaks)
+    unknown = 0.5 * (breaks[:-1] + breaks[1:]) < late.breaks[0]
+    past[unknown] = 0.0
+    past[unknown, 0] = before
+    return Voltage(breaks, np.hstack([_pieces_between(voltage, breaks), past])), past.shape[1]

@@ -1,4 +1,4 @@
-"""Predictions of a recorded motion: many short runs that begin in it, in one call."""
+"""Predictions of a recorded motion: runs that begin in it, many short ones in one call."""
 
 from __future__ import annotations
 
@@ -7,13 +7,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drill_env._types import FloatArray, IntArray
-from drill_env.effects.along import Motion, inner_states, reading_errors
+from drill_env.effects.along import Motion, inner_states, late_angles, reading_errors
 from drill_env.effects.declared import Declared
+from drill_env.effects.readings import errors_of
 from drill_env.effects.signal import RESTING
+from drill_env.effects.steady import acting
 from drill_env.integrator._windows import run_windows
+from drill_env.integrator.modes import start_with_effects
 from drill_env.integrator.prepared import Prepared
 from drill_env.integrator.records import EVENT, N_STATE, RUN, STEPS_PER_PERIOD, new_work
-from drill_env.integrator.switching import start_with_effects
+from drill_env.integrator.simulate import simulate
+from drill_env.integrator.voltage import Voltage, sampled_voltage, with_past
 from drill_env.parameters import Rig
 
 # A window of a sensible rig takes some hundreds.
@@ -105,21 +109,13 @@ class Windows:
 
         A late encoder is no easier to predict for that: the error of its delay is the motion's.
         """
-        delays = prepared.effects.encoder_delays
-        flat, rows = states.reshape(-1, N_STATE), self.rows.ravel()
+        effects, rows = prepared.effects, self.rows.ravel()
+        flat = states.reshape(-1, N_STATE)
         angles = np.column_stack([flat[:, 0] + flat[:, 3], flat[:, 3]])
-        late = np.repeat(angles[:, np.newaxis], len(delays), axis=1)
-        for j in np.flatnonzero(delays > 0.0):
-            late[:, j] += delayed(motion, float(delays[j]))[rows]
-        found = prepared.errors(motion.t[rows], flat, inner, late)
+        since = [late_angles(motion, delay) - motion.angles for delay in effects.encoder_delays]
+        late = angles[:, np.newaxis] + np.stack(since, axis=1)[rows]
+        found = errors_of(prepared.p, effects.entries, motion.t[rows], flat, inner, late)
         return found.reshape(*states.shape[:2], 2)
-
-
-def delayed(motion: Motion, delay: float) -> FloatArray:
-    """Both angles so many s ago less those now, rad, shape (n, 2)."""
-    angles = np.column_stack([motion.states[:, 0] + motion.states[:, 3], motion.states[:, 3]])
-    columns = [np.interp(motion.t - delay, motion.t, a) - a for a in angles.T]
-    return np.column_stack(columns)
 
 
 def _without_errors(read: Motion, rig: Rig, effects: Declared) -> Motion:
@@ -141,7 +137,7 @@ def _ahead(read: Motion, effects: Declared) -> Motion:
     if not late.any():
         return read
     t, known = read.t, read.states
-    angles = np.column_stack([known[:, 0] + known[:, 3], known[:, 3]])
+    angles = read.angles
     speeds = known[:, 1:3].copy()
     for entry in effects.entries[late]:
         disc = 0 if entry["upper"] else 1
@@ -158,19 +154,55 @@ def _pieces(
     motion: Motion, windows: Windows, effects: Declared, shift: float
 ) -> tuple[FloatArray, FloatArray]:
     """The held voltage, cut also where windows begin and end and where its past changes."""
-    t, u = motion.t, motion.u
-    clock = t + shift
-    changes = clock[1:][np.diff(u) != 0.0]
-    late = changes + effects.delay if effects.reads_past else changes[:0]
-    inside = np.concatenate([changes, late])
-    inside = inside[(inside > t[0]) & (inside < t[-1])]
+    t = motion.t
+    held = sampled_voltage(t + shift, motion.u)
+    inside = held.breaks[(held.breaks > t[0]) & (held.breaks < t[-1])]
     ends = [t[[0, -1]], t[windows.starts], t[windows.rows[:, -1]]]
     breaks = np.unique(np.concatenate([inside, *ends]))
-    middle = 0.5 * (breaks[:-1] + breaks[1:])
-    rows = np.maximum(np.searchsorted(clock, middle, side="right") - 1, 0)
-    pieces = u[rows][:, None]
+    rows = np.searchsorted(held.breaks, 0.5 * (breaks[:-1] + breaks[1:]), side="right") - 1
+    found = Voltage(breaks, held.pieces[np.clip(rows, 0, len(held.pieces) - 1)])
     if effects.reads_past:
-        rows = np.searchsorted(clock, middle - effects.delay, side="right") - 1
-        before = 0.0 if abs(motion.states[0, 1]) < RESTING else float(u[0])
-        pieces = np.column_stack([pieces, np.where(rows < 0, before, u[rows])])
-    return breaks, np.ascontiguousarray(pieces)
+        before = 0.0 if abs(motion.states[0, 1]) < RESTING else float(motion.u[0])
+        found, _ = with_past(found, effects.delay, before, held)
+    return found.breaks, np.ascontiguousarray(found.pieces)
+
+
+def resume(
+    rig: Rig, motion: Motion, rows: slice, inner: FloatArray | None
+) -> tuple[FloatArray, FloatArray]:
+    """Simulate on from a row of a motion, through the voltage that was recorded with it.
+
+    Effects that depend on time count it as the motion does. What they read of the past is that of
+    the motion.
+
+    Args:
+        rig: parameters and effects.
+        motion: how the rig moved.
+        rows: from the row to begin with to the one after the last, without a restart between.
+        inner: inner states of the effects that move the rig, of `inner_states`; None to begin
+            anew.
+
+    Returns:
+        States, shape (n, 4), and theta_u and theta_l as the encoders read them, rad, (n, 2).
+
+    Raises:
+        InputError: an effect of the rig is wrong.
+        RuntimeError: the step size collapsed.
+    """
+    first = int(motion.restarts[motion.restarts <= rows.start].max())
+    known, t = slice(first, rows.stop), motion.t[rows]
+    moving = acting(rig)
+    run = simulate(
+        moving, Voltage(motion.t[known], motion.u[first : rows.stop - 1, None]),
+        float(t[-1] - t[0]), t_start=float(t[0]), t_eval=t, initial=motion.states[rows.start, :4],
+        inner=inner, method="dopri5", rtol=1e-7, atol=1e-9,
+    )  # fmt: skip
+    angles = np.column_stack([run.theta_u, run.theta_l])
+    if len(moving.effects) < len(rig.effects):
+        both = np.vstack([motion.states[first : rows.start, :4], run.state])
+        whole = Motion(
+            motion.t[known], motion.u[known], np.hstack([both, np.zeros((len(both), 2))]),
+            np.zeros(1, dtype=np.int64),
+        )  # fmt: skip
+        angles += reading_errors(rig, whole)[rows.start - first :]
+    return run.state, angles

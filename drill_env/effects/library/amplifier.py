@@ -7,17 +7,20 @@ from drill_env.effects.signal import at_start, clipped, size_of
 
 actuator = partial(effect, "actuator")
 
+_LAGS = (0.004, 0.008, 0.015, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3, 0.5)
+_DELAYS = (0.01, 0.015, 0.02, 0.03, 0.04, 0.06, 0.08, 0.12, 0.16, 0.2, 0.3)
+_RATES = (2.0, 4.0, 7.0, 10.0, 15.0, 20.0, 30.0, 45.0, 70.0, 100.0, 150.0, 250.0, 400.0)
+_WIDTHS = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0)
+_LEVELS = (
+    0.6, 0.8, 1.0, 1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 2.75, 3.0, 3.25, 3.5, 3.75, 4.0, 4.25, 4.5,
+    4.75, 4.9,
+)  # fmt: skip
+
 
 @actuator(
     "voltage",
     "The motor's torque follows the voltage with a lag.",
-    shape(
-        "time_constant",
-        "s",
-        (0.004, 0.008, 0.015, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3, 0.5),
-        low=0.0001,
-        high=20.0,
-    ),
+    shape("time_constant", "s", _LAGS, low=0.0001, high=20.0),
     states=1,
     neighbours=("input_delay", "slew_limit", "gear_compliance"),
 )
@@ -32,21 +35,13 @@ def actuator_lag(p, e, s, out):
 @actuator(
     "voltage",
     "The amplifier ignores small voltages.",
-    shape(
-        "width", "V", (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0), low=0.0001, high=10.0
-    ),
+    shape("width", "V", _WIDTHS, low=0.0001, high=10.0),
     switches=2,
     neighbours=("upper_stribeck", "gear_backlash"),
 )
 def amplifier_deadzone(p, e, s, out):
     """-km clip(u, -width, width)."""
     out.volts -= clipped(e, s, 0, s.u, -e.q[0], e.q[0])
-
-
-_LEVELS = (
-    0.6, 0.8, 1.0, 1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 2.75, 3.0, 3.25, 3.5, 3.75, 4.0, 4.25, 4.5,
-    4.75, 4.9,
-)  # fmt: skip
 
 
 @actuator(
@@ -90,13 +85,7 @@ def gain_asymmetry(p, e, s, out):
 @actuator(
     "voltage",
     "The voltage acts late.",
-    shape(
-        "delay",
-        "s",
-        (0.01, 0.015, 0.02, 0.03, 0.04, 0.06, 0.08, 0.12, 0.16, 0.2, 0.3),
-        low=0.0,
-        high=0.5,
-    ),
+    shape("delay", "s", _DELAYS, low=0.0, high=0.5),
     delay="delay",
     neighbours=("actuator_lag", "slew_limit"),
     aliases=("encoder_delay_both",),
@@ -118,13 +107,7 @@ _SOON = 5e-3
 @actuator(
     "voltage",
     "The amplifier changes its voltage no faster than a limit.",
-    shape(
-        "rate",
-        "V/s",
-        (2.0, 4.0, 7.0, 10.0, 15.0, 20.0, 30.0, 45.0, 70.0, 100.0, 150.0, 250.0, 400.0),
-        low=0.1,
-        high=100000.0,
-    ),
+    shape("rate", "V/s", _RATES, low=0.1, high=100000.0),
     states=1,
     switches=1,
     neighbours=("actuator_lag", "input_delay"),

@@ -10,6 +10,8 @@ from drill_env.effects.signal import branch
 
 lower = partial(effect, "lower")
 
+_LAGS = (0.005, 0.01, 0.02, 0.04, 0.08, 0.15, 0.3, 0.6)
+
 # What is left of yielding below this is none: under the tolerance of any step that a rig's motion
 # needs, while steps that followed it on would stay as short as the yielding once was.
 _NONE_LEFT = 1e-10
@@ -37,7 +39,6 @@ def give_way(e, s, rest, omega, side, distance):
     amplitude("runout", "1", 0.05, most=0.99, signed=False),
     phase(),
     shape("order", "1", (1.0, 2.0, 3.0, 4.0), low=0.2, high=100.0, form=0.0),
-    autonomous=False,
     neighbours=("unbalance",),
 )
 def brake_runout(p, e, s, out):
@@ -64,9 +65,7 @@ def dwell_stiction(p, e, s, out):
 @lower(
     "omega_l",
     "The brake's torque follows the speed late.",
-    shape(
-        "time_constant", "s", (0.005, 0.01, 0.02, 0.04, 0.08, 0.15, 0.3, 0.6), low=0.0005, high=20.0
-    ),
+    shape("time_constant", "s", _LAGS, low=0.0005, high=20.0),
     states=1,
     neighbours=("rate_state", "presliding", "string_damping"),
     source="Hess and Soom, J. Tribology 112 (1990)",
@@ -132,8 +131,6 @@ def lower_stribeck(p, e, s, out):
 )
 def presliding(p, e, s, out):
     """(sign(omega_l) - z) T_l, distance dz/dt = omega_l (1 - sign(omega_l) z)."""
-    if s.first:
-        e.z[0] = 0.0
     # What it has yielded takes the place of the direction, and nothing sticks.
     out.scale_l -= 1.0
     out.torque_l -= e.z[0] * s.friction_l

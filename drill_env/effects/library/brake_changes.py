@@ -14,7 +14,6 @@ lower = partial(effect, "lower")
     "time",
     "The brake's friction drifts (it dries).",
     amplitude("drift", "1/min", 0.05, most=3.0),
-    autonomous=False,
     neighbours=("wear", "friction_heating", "friction_settling"),
 )
 def friction_drift(p, e, s, out):
@@ -32,8 +31,6 @@ def friction_drift(p, e, s, out):
 )
 def friction_heating(p, e, s, out):
     """loss h T_fl, time_constant dh/dt = T_l |omega_l|/(0.5 W) - h."""
-    if s.first:
-        e.z[0] = 0.0
     out.scale_l -= e.q[0] * e.z[0]
     e.rate[0] = (s.friction_l * s.speed_l / 0.5 - e.z[0]) / e.q[1]
 
@@ -44,7 +41,6 @@ def friction_heating(p, e, s, out):
     # Friction may grow to several times its size, but not fall below nothing.
     EffectParameter("change", "1", "amplitude", (0.05,), -3.0, 0.95),
     shape("time_constant", "s", (3.0, 6.0, 12.0, 25.0, 50.0, 100.0), low=0.5, high=1000.0),
-    autonomous=False,
     neighbours=("friction_drift", "friction_heating", "wear"),
     rigs_own_if_early=True,
 )
@@ -59,7 +55,6 @@ def friction_settling(p, e, s, out):
     amplitude("step", "1", 0.05, most=3.0),
     shape("time", "s", tuple(3.0 * k for k in range(1, 20)), low=0.0, high=100000.0, form=0.0),
     switches=1,
-    autonomous=False,
     neighbours=("friction_drift", "torque_pulse"),
     rigs_own_if_early=True,
 )
@@ -75,12 +70,10 @@ def friction_step(p, e, s, out):
     amplitude("loss", "1", 0.05, most=0.95),
     shape("distance", "rad", (25.0, 80.0, 250.0, 800.0), low=1.0, high=100000.0),
     states=1,
-    autonomous=False,
+    forgets=False,
     neighbours=("friction_drift", "friction_heating"),
 )
 def wear(p, e, s, out):
     """-loss (1 - e^(-s/distance)) T_fl, ds/dt = |omega_l|."""
-    if s.first:
-        e.z[0] = 0.0
     out.scale_l -= e.q[0] * (1.0 - exp(-e.z[0] / e.q[1]))
     e.rate[0] = s.speed_l

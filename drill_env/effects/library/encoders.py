@@ -16,7 +16,6 @@ sensor = partial(effect, "sensor")
     shape("delay", "s", (0.01, 0.02, 0.03, 0.05, 0.08, 0.12), low=0.0, high=0.5),
     delay="delay",
     neighbours=("string_damping",),
-    senses=True,
 )
 def encoder_delay_lower(p, e, s, out):
     """theta_l(t - delay) - theta_l(t) on the reading."""
@@ -29,7 +28,6 @@ def encoder_delay_lower(p, e, s, out):
     shape("delay", "s", (0.01, 0.02, 0.03, 0.05, 0.08, 0.12), low=0.0, high=0.5),
     delay="delay",
     neighbours=("input_delay",),
-    senses=True,
 )
 def encoder_delay_upper(p, e, s, out):
     """theta_u(t - delay) - theta_u(t) on the reading."""
@@ -42,7 +40,6 @@ def encoder_delay_upper(p, e, s, out):
     amplitude("error", "rad", 0.003, most=0.5, signed=False),
     phase(),
     neighbours=("unbalance",),
-    senses=True,
 )
 def encoder_eccentricity_lower(p, e, s, out):
     """error cos(theta_l + phase) on the reading."""
@@ -55,7 +52,6 @@ def encoder_eccentricity_lower(p, e, s, out):
     amplitude("error", "rad", 0.003, most=0.5, signed=False),
     phase(),
     neighbours=("gear_eccentricity",),
-    senses=True,
 )
 def encoder_eccentricity_upper(p, e, s, out):
     """error cos(theta_u + phase) on the reading."""
@@ -67,7 +63,6 @@ def encoder_eccentricity_upper(p, e, s, out):
     "The lower encoder's counts per revolution are wrong.",
     amplitude("error", "1", 0.001, most=0.5),
     neighbours=("missed_counts_lower",),
-    senses=True,
 )
 def encoder_gain_lower(p, e, s, out):
     """error theta_l on the reading."""
@@ -82,12 +77,9 @@ def encoder_gain_lower(p, e, s, out):
     states=1,
     switches=2,
     neighbours=("encoder_gain_lower",),
-    senses=True,
 )
 def missed_counts_lower(p, e, s, out):
     """-share of the way above the speed on the reading."""
-    if s.first:
-        e.z[0] = 0.0
     forward, backward = branch(e, s, 0, s.omega_l - e.q[1]), branch(e, s, 1, -s.omega_l - e.q[1])
     e.rate[0] = s.omega_l if forward > 0 or backward > 0 else 0.0
     out.angle_l -= e.q[0] * e.z[0]
@@ -100,12 +92,9 @@ def missed_counts_lower(p, e, s, out):
     shape("speed", "rad/s", (2.0, 4.0, 6.0, 8.0, 10.0), low=0.0, high=100.0),
     states=1,
     switches=2,
-    senses=True,
 )
 def missed_counts_upper(p, e, s, out):
     """-share of the way above the speed on the reading."""
-    if s.first:
-        e.z[0] = 0.0
     forward, backward = branch(e, s, 0, s.omega_u - e.q[1]), branch(e, s, 1, -s.omega_u - e.q[1])
     e.rate[0] = s.omega_u if forward > 0 or backward > 0 else 0.0
     out.angle_u -= e.q[0] * e.z[0]

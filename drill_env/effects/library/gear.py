@@ -12,6 +12,9 @@ from drill_env.friction.kernels import upper_sliding
 
 upper = partial(effect, "upper")
 
+_GAPS = (0.002, 0.006, 0.02, 0.04, 0.08, 0.15, 0.25, 0.4, 0.6, 0.9)
+_FREQUENCIES = (0.9, 1.5, 2.4, 3.8, 6.0, 9.5, 15.0, 24.0, 38.0)
+
 MOTOR_SHARE = shape("motor_share", "1", (0.1, 0.25, 0.5), low=0.01, high=0.95, form=0.25)
 """Of the upper disc's inertia. Only where the disc is released and held does it show."""
 
@@ -34,7 +37,7 @@ def wind(p, e, s, share, frequency, damping, gap):
     rad.
     """
     if s.first:
-        e.z[0], e.z[1] = 0.0, s.omega_u
+        e.z[1] = s.omega_u
     reduced = share * p.Ju * (1.0 - share)
     stiffness = (2.0 * pi * frequency) ** 2 * reduced
     loss = 4.0 * pi * damping * frequency * reduced
@@ -109,14 +112,7 @@ def drive_through(p, e, s, out, share, torque, at_motor):
 @upper(
     "voltage",
     "The drive has play: the motor moves free for a while.",
-    shape(
-        "gap",
-        "rad",
-        (0.002, 0.006, 0.02, 0.04, 0.08, 0.15, 0.25, 0.4, 0.6, 0.9),
-        low=0.0001,
-        high=6.0,
-        form=0.12,
-    ),
+    shape("gap", "rad", _GAPS, low=0.0001, high=6.0, form=0.12),
     MOTOR_SHARE,
     shape("frequency", "Hz", (3.0, 9.5, 30.0), low=0.5, high=200.0, form=0.003),
     FRICTION_SHARE,
@@ -139,14 +135,7 @@ def gear_backlash(p, e, s, out):
 @upper(
     "voltage",
     "The drive's gear is springy.",
-    shape(
-        "frequency",
-        "Hz",
-        (0.9, 1.5, 2.4, 3.8, 6.0, 9.5, 15.0, 24.0, 38.0),
-        low=0.1,
-        high=200.0,
-        form=0.003,
-    ),
+    shape("frequency", "Hz", _FREQUENCIES, low=0.1, high=200.0, form=0.003),
     MOTOR_SHARE,
     FRICTION_SHARE,
     DAMPING,
@@ -169,7 +158,6 @@ def gear_compliance(p, e, s, out):
     "A gear runs out of true: the drive's torque varies once a turn.",
     amplitude("eccentricity", "1", 0.02, most=1.0, signed=False),
     phase(),
-    autonomous=False,
     neighbours=("torque_ripple", "encoder_eccentricity_upper"),
 )
 def gear_eccentricity(p, e, s, out):

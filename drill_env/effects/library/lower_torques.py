@@ -19,7 +19,6 @@ lower = partial(effect, "lower")
     phase(),
     FREQUENCY,
     swings="frequency",
-    autonomous=False,
 )
 def lower_disturbance(p, e, s, out):
     """torque cos(2 pi frequency t + phase)."""
@@ -58,7 +57,6 @@ def quadratic_drag(p, e, s, out):
     shape("time", "s", tuple(2.0 * k for k in range(1, 30)), low=0.0, high=100000.0, form=0.0),
     shape("duration", "s", (0.2, 0.5, 1.5), low=0.01, high=100.0),
     switches=2,
-    autonomous=False,
     neighbours=("friction_step",),
 )
 def torque_pulse(p, e, s, out):
@@ -73,7 +71,6 @@ def torque_pulse(p, e, s, out):
     "The lower disc is out of balance.",
     amplitude("torque", "Nm", 0.002, most=HEAVIEST, signed=False),
     phase(),
-    autonomous=False,
     neighbours=("encoder_eccentricity_lower", "brake_runout"),
 )
 def unbalance(p, e, s, out):

@@ -22,7 +22,6 @@ ORDERS = (
     amplitude("depth", "1", 0.02, most=0.9, signed=False),
     phase(),
     shape("order", "1", ORDERS, low=1.5, high=500.0, form=0.0),
-    autonomous=False,
     neighbours=("gear_eccentricity", "torque_ripple"),
 )
 def commutation_ripple(p, e, s, out):
@@ -49,7 +48,6 @@ def drive_braking_loss(p, e, s, out):
     "The motor gets weaker, or stronger, after the start and settles.",
     amplitude("loss", "1", 0.05, most=0.9),
     shape("time_constant", "s", (3.0, 6.0, 12.0, 25.0, 50.0, 100.0), low=0.5, high=1000.0),
-    autonomous=False,
     neighbours=("motor_heating", "friction_warmup"),
     rigs_own_if_early=True,
 )
@@ -68,8 +66,6 @@ def motor_fade(p, e, s, out):
 )
 def motor_heating(p, e, s, out):
     """-km loss h u, time_constant dh/dt = u^2/(9 V^2) - h."""
-    if s.first:
-        e.z[0] = 0.0
     out.volts -= e.q[0] * e.z[0] * s.u
     e.rate[0] = (s.u * s.u / 9.0 - e.z[0]) / e.q[1]
 
@@ -80,7 +76,6 @@ def motor_heating(p, e, s, out):
     amplitude("torque", "Nm", 0.02, most=HEAVIEST, signed=False),
     phase(),
     shape("order", "1", ORDERS, low=1.5, high=500.0, form=0.0),
-    autonomous=False,
     neighbours=("gear_eccentricity",),
 )
 def torque_ripple(p, e, s, out):

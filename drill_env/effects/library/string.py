@@ -8,6 +8,13 @@ from drill_env.effects.signal import clipped, size_of
 
 string = partial(effect, "string")
 
+_GAPS = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 0.6)
+_FREQUENCIES = (
+    0.503, 0.555, 0.612, 0.675, 0.745, 0.822, 0.907, 1.0, 1.103, 1.216, 1.341, 1.478, 1.63, 1.798,
+    1.982, 2.186, 2.41, 2.658, 2.93, 3.231, 3.563, 3.929, 4.332, 4.777, 5.268, 5.809, 6.405, 7.063,
+    7.788, 8.588, 9.47, 10.442, 11.514, 12.696, 14.0,
+)  # fmt: skip
+
 
 @string(
     "twist",
@@ -66,25 +73,16 @@ def string_hardening(p, e, s, out):
     shape("width", "rad", (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.0), low=0.005, high=50.0),
     states=1,
     switches=2,
-    autonomous=False,
+    forgets=False,
     neighbours=("string_creep", "presliding"),
     source="Wen, J. Eng. Mech. 102 (1976)",
 )
 def string_hysteresis(p, e, s, out):
     """-+torque z, width dz/dt = dtwist/dt - (|dtwist/dt| z + dtwist/dt |z|)/2."""
-    if s.first:
-        e.z[0] = 0.0
     rate, z = s.omega_u - s.omega_l, e.z[0]
     out.string += e.q[0] * z
     lost = size_of(e, s, 0, rate) * z + rate * size_of(e, s, 1, z)
     e.rate[0] = (rate - 0.5 * lost) / e.q[1]
-
-
-_FREQUENCIES = (
-    0.503, 0.555, 0.612, 0.675, 0.745, 0.822, 0.907, 1.0, 1.103, 1.216, 1.341, 1.478, 1.63, 1.798,
-    1.982, 2.186, 2.41, 2.658, 2.93, 3.231, 3.563, 3.929, 4.332, 4.777, 5.268, 5.809, 6.405, 7.063,
-    7.788, 8.588, 9.47, 10.442, 11.514, 12.696, 14.0,
-)  # fmt: skip
 
 
 @string(
@@ -101,7 +99,7 @@ def string_inertia(p, e, s, out):
     """2 ktheta z on both, d2z/dt2 = -(domega_u/dt + domega_l/dt)/2 - w^2 z - 2 damping w dz/dt."""
     middle = 0.5 * (s.omega_u + s.omega_l)
     if s.first:
-        e.z[0], e.z[1] = 0.0, middle
+        e.z[1] = middle
     # The second state is dz/dt + middle, so that no acceleration is asked for.
     wave, rate = 2.0 * pi * e.q[0], e.z[1] - middle
     e.rate[0] = rate
@@ -113,9 +111,7 @@ def string_inertia(p, e, s, out):
 @string(
     "twist",
     "The string's clamp has play.",
-    shape(
-        "gap", "rad", (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 0.6), low=0.001, form=0.05, high=20.0
-    ),
+    shape("gap", "rad", _GAPS, low=0.001, form=0.05, high=20.0),
     switches=2,
     neighbours=("string_hardening", "lower_stribeck"),
 )

@@ -11,13 +11,14 @@ from drill_env.effects.signal import RESTING, clipped, size_of
 
 upper = partial(effect, "upper")
 
+_DISTANCES = (4e-6, 1e-5, 2e-5, 5e-5, 1e-4, 3e-4, 1e-3, 5e-3, 0.02, 0.1)
+
 
 @upper(
     "time",
     "The upper bearing's friction falls as it warms.",
     amplitude("excess", "1", 0.05, most=3.0, signed=False),
     shape("time_constant", "s", (3.0, 6.0, 12.0, 25.0, 50.0, 100.0), low=2.0, high=1000.0),
-    autonomous=False,
     neighbours=("motor_heating",),
     rigs_own_if_slow=True,
 )
@@ -143,13 +144,7 @@ def upper_load_friction(p, e, s, out):
     "theta_u",
     "The upper disc yields elastically before it slides (Dahl).",
     amplitude("torque", "Nm", 0.1, most=HEAVIEST, signed=False),
-    shape(
-        "distance",
-        "rad",
-        (4e-6, 1e-5, 2e-5, 5e-5, 1e-4, 3e-4, 1e-3, 5e-3, 0.02, 0.1),
-        low=1e-7,
-        high=3.0,
-    ),
+    shape("distance", "rad", _DISTANCES, low=1e-7, high=3.0),
     states=1,
     switches=1,
     neighbours=("upper_friction_lag",),

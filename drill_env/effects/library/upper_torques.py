@@ -16,15 +16,9 @@ FREQUENCY = shape(
 )  # fmt: skip
 """Of a disturbance from outside."""
 
+_OWN = (0.3, 0.44, 0.64, 0.94, 1.4, 2.0, 3.0, 4.3, 6.4, 9.3, 14.0, 20.0)
 RESONATOR = (
-    shape(
-        "frequency",
-        "Hz",
-        (0.3, 0.44, 0.64, 0.94, 1.4, 2.0, 3.0, 4.3, 6.4, 9.3, 14.0, 20.0),
-        low=0.05,
-        high=200.0,
-        form=0.0,
-    ),
+    shape("frequency", "Hz", _OWN, low=0.05, high=200.0, form=0.0),
     amplitude("share", "1", 0.05, most=5.0, signed=False),
     shape("damping", "1", (0.02,), low=0.0005, high=2.0),
 )
@@ -39,7 +33,7 @@ def swing(e, s, omega, inertia):
     asked for.
     """
     if s.first:
-        e.z[0], e.z[1] = 0.0, omega
+        e.z[1] = omega
     wave, slip = 2.0 * pi * e.q[0], e.z[1] - omega
     pull = wave * wave * e.z[0] + 2.0 * e.q[2] * wave * slip
     e.rate[0], e.rate[1] = slip, -pull
@@ -53,7 +47,6 @@ def swing(e, s, omega, inertia):
     phase(),
     FREQUENCY,
     swings="frequency",
-    autonomous=False,
 )
 def upper_disturbance(p, e, s, out):
     """torque cos(2 pi frequency t + phase)."""
@@ -93,7 +86,6 @@ def upper_resonator(p, e, s, out):
     "A spring, a cable or a hose pulls the upper disc back.",
     amplitude("stiffness", "Nm/rad", 0.02, most=HEAVIEST, signed=False),
     shape("centre", "rad", (0.0,), low=-1000.0, high=1000.0, form=0.0),
-    autonomous=False,
     neighbours=("upper_unbalance", "upper_offset"),
     axis_only=True,
 )
@@ -107,7 +99,6 @@ def upper_spring(p, e, s, out):
     "The upper disc, or what the axis carries, is out of balance (a pendulum).",
     amplitude("torque", "Nm", 0.02, most=HEAVIEST, signed=False),
     phase(),
-    autonomous=False,
     neighbours=("encoder_eccentricity_upper", "gear_eccentricity", "upper_spring"),
     axis_only=True,
     common=True,
