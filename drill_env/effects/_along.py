@@ -4,7 +4,7 @@ Over an interval the motion is straight; the effect's inner states follow it, an
 mean over the interval.
 """
 
-from drill_env._jit import entry, kernel
+from drill_env._jit import entry, inlined, kernel
 from drill_env.effects._along_interval import over_interval
 from drill_env.effects._along_ports import ask, set_motion
 from drill_env.effects.signal import RESTING
@@ -26,15 +26,16 @@ def late_voltage(t, u, k, first, delay, before):
     return total / (t[k + 1] - t[k])
 
 
-@kernel
+@inlined
 def set_interval(motion, k, dt, begin, rate):
     """Straight motion from row `k` to the next one."""
+    share = 1.0 / dt
     for i in range(4):
         begin[i] = motion[k, i]
-        rate[i] = (motion[k + 1, i] - motion[k, i]) / dt
+        rate[i] = (motion[k + 1, i] - motion[k, i]) * share
 
 
-@kernel
+@inlined
 def count_rest(s, motion, k, dt):
     """Time for which the lower disc has been at rest before the interval after row `k`."""
     if motion[k, 2] != 0.0 or motion[k + 1, 2] != 0.0:
@@ -75,6 +76,7 @@ def follow(p, e, s, out, t, u, motion, restarts, z, torques, rows, kept):
         kept: filled with the effect's inner states in these rows, shape (r, its states).
     """
     window, first, before, place = 0, 0, 0.0, 0
+    begin, rate, rest = z[4], z[5], z[6:]
     for k in range(t.size):
         if window < restarts.size and restarts[window] == k:
             window, first = window + 1, k
@@ -90,10 +92,10 @@ def follow(p, e, s, out, t, u, motion, restarts, z, torques, rows, kept):
         if k + 1 == t.size:
             break
         dt = t[k + 1] - t[k]
-        set_interval(motion, k, dt, z[4], z[5])
+        set_interval(motion, k, dt, begin, rate)
         rested = count_rest(s, motion, k, dt)
         dwell = s.dwell_l
         if e.delayed:
             e.u_late = late_voltage(t, u, k, first, e.delay, before)
-        over_interval(p, e, s, out, z[4], z[5], t[k], dt, u[k], z[6:], torques[k])
+        over_interval(p, e, s, out, begin, rate, t[k], dt, u[k], rest, torques[k])
         s.dwell_l = dwell + rested

@@ -2,21 +2,22 @@
 
 from math import ceil, exp
 
-from drill_env._jit import kernel
+from drill_env._jit import inlined, kernel
 from drill_env.effects._along_ports import (
     acceleration_u,
     ask,
-    set_motion,
+    set_speeds,
     torque_on_lower,
     torque_on_upper,
 )
 from drill_env.effects.pace import MOVE, fastest_rate
+from drill_env.friction.kernels import lower_size
 
 # Rates times the substep: far inside the method's stability, 2.8.
 _SHARE, _MOST = 1.0, 1000
 
 
-@kernel
+@inlined
 def relax(p, e, s, out, h, mean):
     """Carry one inner state over `h` s in the signal at their middle, and add the mean torques.
 
@@ -46,7 +47,7 @@ def runge_kutta(p, e, s, out, begin, rate, since, h, u, z, mean, share):
     for stage in range(4):
         part = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
         s.t, s.dwell_l = start + since + part * h, dwell + since + part * h
-        move(p, s, begin, rate, since + part * h, u)
+        move(p, e, s, begin, rate, since + part * h, u)
         for j in range(e.states):
             if stage > 0:
                 e.z[j] = z[4, j] + part * h * z[stage - 1, j]
@@ -67,16 +68,18 @@ def runge_kutta(p, e, s, out, begin, rate, since, h, u, z, mean, share):
         e.z[j] = z[4, j] + h * (z[0, j] + 2.0 * z[1, j] + 2.0 * z[2, j] + z[3, j]) / 6.0
 
 
-@kernel
-def move(p, s, begin, rate, since, u):
-    """Signal `since` seconds into a straight interval."""
-    set_motion(
+@inlined
+def move(p, e, s, begin, rate, since, u):
+    """Signal `since` seconds into a straight interval, as far as the effect reads it."""
+    set_speeds(
         p, s, begin[0] + since * rate[0], begin[1] + since * rate[1], begin[2] + since * rate[2],
         begin[3] + since * rate[3], u,
     )  # fmt: skip
+    if e.reads_law:
+        s.friction_l = lower_size(p, s.speed_l)
 
 
-@kernel
+@inlined
 def between(p, e, s, out, begin, rate, t, dwell, dt, u, cuts, mean):
     """Mean torques of an effect without inner states, cut where its switches close.
 
@@ -87,7 +90,7 @@ def between(p, e, s, out, begin, rate, t, dwell, dt, u, cuts, mean):
     if e.switches > 0:
         for end in range(2):
             s.t = t + end * dt
-            move(p, s, begin, rate, end * dt, u)
+            move(p, e, s, begin, rate, end * dt, u)
             for j in range(e.switches):
                 e.side[j], e.gap[j] = 0, 1.0
             ask(p, e, s, out)
@@ -106,14 +109,15 @@ def between(p, e, s, out, begin, rate, t, dwell, dt, u, cuts, mean):
         high = cuts[2, i] if i < count else 1.0
         middle = 0.5 * (low + high) * dt
         s.t, s.dwell_l = t + middle, dwell + middle
-        move(p, s, begin, rate, middle, u)
+        move(p, e, s, begin, rate, middle, u)
         ask(p, e, s, out)
         mean[0] += (high - low) * torque_on_upper(p, s, out)
-        mean[1] += (high - low) * torque_on_lower(p, s, out)
+        if not e.upper:
+            mean[1] += (high - low) * torque_on_lower(p, s, out)
         low = high
 
 
-@kernel
+@inlined
 def over_interval(p, e, s, out, begin, rate, t, dt, u, z, mean):
     """Carry the inner states of an effect over an interval of `dt` s from `t`.
 
@@ -134,7 +138,7 @@ def over_interval(p, e, s, out, begin, rate, t, dt, u, z, mean):
     s.choose = 1
     s.t = t
     if s.first or e.states > 1:
-        move(p, s, begin, rate, 0.0, u)
+        move(p, e, s, begin, rate, 0.0, u)
     if s.first:
         ask(p, e, s, out)
         s.first = 0
@@ -155,7 +159,7 @@ def over_interval(p, e, s, out, begin, rate, t, dt, u, z, mean):
             between(p, e, s, out, begin, rate, t, dwell, dt, u, z, mean)
             break
         s.t, s.dwell_l = t + (k + 0.5) * h, dwell + (k + 0.5) * h
-        move(p, s, begin, rate, (k + 0.5) * h, u)
+        move(p, e, s, begin, rate, (k + 0.5) * h, u)
         z[0, 0] = z[0, 1] = 0.0
         relax(p, e, s, out, h, z[0])
         mean[0] += z[0, 0] / n

@@ -14,6 +14,13 @@ def sign(value):
 @kernel
 def set_motion(p, s, x, v, w, angle, u):
     """Signal of a state under a voltage, with what follows from both."""
+    set_speeds(p, s, x, v, w, angle, u)
+    s.friction_l = lower_size(p, s.speed_l)
+
+
+@inlined
+def set_speeds(p, s, x, v, w, angle, u):
+    """The same but for the lower disc's friction, whose exponentials not every effect reads."""
     s.twist, s.omega_u, s.omega_l, s.theta_l, s.u = x, v, w, angle, u
     s.theta_u = angle + x
     s.pull = p.ktheta * x
@@ -23,10 +30,9 @@ def set_motion(p, s, x, v, w, angle, u):
     s.side_l = sign(s.pull) if s.rest_l else sign(w)
     side = 0.0 if s.rest_u else s.side_u
     s.friction_u = p.Tsu + side * p.dTsu + (p.bu + side * p.dbu) * s.speed_u
-    s.friction_l = lower_size(p, s.speed_l)
 
 
-@kernel
+@inlined
 def against(omega, net, torque):
     """The torque (Nm) with which additional friction of size `torque` acts on a disc.
 
@@ -39,7 +45,7 @@ def against(omega, net, torque):
     return -sign(net) * torque
 
 
-@kernel
+@inlined
 def torque_on_upper(p, s, out):
     """What the ports are as a torque (Nm) on the rig's own upper disc."""
     plain = p.km * s.u - s.pull
@@ -59,16 +65,16 @@ def acceleration_u(p, s, out):
     return (net + against(s.omega_u, net, size)) / (p.Ju + out.inertia_u)
 
 
-@kernel
+@inlined
 def torque_on_lower(p, s, out):
     """What the ports are as a torque (Nm) on the rig's own lower disc."""
-    more = out.string + out.torque_l
-    law = s.friction_l if out.read_l == s.speed_l else lower_size(p, out.read_l)
-    extra = law * (1.0 + out.scale_l) + out.size_l - s.friction_l
+    more, extra = out.string + out.torque_l, out.size_l
+    if out.scale_l != 0.0 or out.read_l != s.speed_l:
+        extra += lower_size(p, out.read_l) * (1.0 + out.scale_l) - lower_size(p, s.speed_l)
     return more + against(s.omega_l, s.pull + more + s.other_l, extra)
 
 
-@kernel
+@inlined
 def ask(p, e, s, out):
     """Let the effect add to clear ports."""
     clear_ports(out, s)
