@@ -129,7 +129,8 @@ def upper_gaussian_stribeck(p, e, s, out):
 @upper(
     "voltage",
     "The axis rubs harder under the torque of its drive.",
-    amplitude("coefficient", "1", 0.05, most=5.0, signed=False),
+    # At 1 the drive moves nothing.
+    amplitude("coefficient", "1", 0.05, most=1.0, signed=False),
     switches=1,
     # With another motor constant it is a motor that gives more torque where it brakes.
     aliases=("drive_braking_loss",),
