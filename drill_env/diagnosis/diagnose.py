@@ -34,6 +34,7 @@ from drill_env.diagnosis.sentences import ended_early
 from drill_env.diagnosis.unexplained_residual import with_residual_torque
 from drill_env.effects.declared import declared
 from drill_env.identification.drive import torque_driven, with_known_scale
+from drill_env.identification.known_loads import tells_scale
 from drill_env.identification.readings import made_of_twist
 from drill_env.identification.samples import Samples, prepare
 from drill_env.parameters import Rig
@@ -131,10 +132,11 @@ def _at_the_driven_disc(
     """What is named at the driven disc if its torque and the string's other end were measured.
 
     Then all that moves it is known, though the other end may move as no disc on a brake does.
-    Effects in the rig file may be behind it: then the whole rig alone is asked.
+    Effects that are known may be behind it: then the whole rig alone is asked.
     """
     every = [*recordings, *holdout]
-    if rig.effects or not torque_driven(every) or any(len(r.angles()) < 2 for r in every):
+    known = rig.effects or any(r.effects for r in every)
+    if known or not torque_driven(every) or any(len(r.angles()) < 2 for r in every):
         return None
     found = diagnose_by_prediction(recordings, rig, holdout, options, report)
     return found if found.result.effects else None
@@ -169,11 +171,11 @@ def _check_channels(held: Sequence[Samples]) -> None:
 
 
 def _scale(samples: Sequence[Samples], fixed: Container[str]) -> str:
-    """The parameter that sets the scale of torque; none where a measured load does."""
+    """The parameter that sets the scale of torque; none where something known in Nm does."""
     recordings = [s.recording for s in samples]
     if torque_driven(recordings) or "km" in fixed:
         return "km"
-    return "" if any(r.loads() for r in recordings) else "Ju"
+    return "" if tells_scale(recordings) else "Ju"
 
 
 def _diagnose(

@@ -96,6 +96,8 @@ class Effect:
         last: whether it looks at the torques of all others and is evaluated after them.
         senses: whether it is an error of an encoder and no torque.
         common: whether most machines have it, so that its prior odds as a name are higher.
+        heavier: of its numbers and of how many times the inertia its disc has in a recording, the
+            numbers by which the same body acts there; None where none is a share of that inertia.
         states: how many inner states it has, of first-order differential equations.
         switches: how many corners or jumps it has, at which the integrator ends its steps.
         delay: the parameter by which it reads the voltage or an angle late.
@@ -137,6 +139,7 @@ class Effect:
     last: bool = False
     senses: bool = False
     common: bool = False
+    heavier: Callable[[FloatArray, float], FloatArray] | None = None
 
     def __post_init__(self) -> None:
         if not self.id:

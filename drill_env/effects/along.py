@@ -10,8 +10,9 @@ from drill_env._types import FloatArray, IntArray
 from drill_env.effects import Effect
 from drill_env.effects._along import errors_along, inner_along, torques_along
 from drill_env.effects._along_interval import over_interval as over_interval
-from drill_env.effects.declared import bundled, declared
-from drill_env.effects.signal import MOST_STATES, PORTS, SIGNAL
+from drill_env.effects._bundles import number_places
+from drill_env.effects.declared import Declared, bundled, declared
+from drill_env.effects.signal import ENTRY, MOST_STATES, PORTS, SIGNAL
 from drill_env.friction import kernel_record
 from drill_env.parameters import Rig
 
@@ -33,6 +34,19 @@ class Motion:
     states: FloatArray
     restarts: IntArray
     recording: int = 0
+
+
+def joined(*parts: Declared) -> Declared:
+    """Several bundles as one, in their order but for a drive, which comes last.
+
+    The parts must live as long: the entries hold addresses of their tables.
+    """
+    entries = np.zeros(sum(len(part.entries) for part in parts), dtype=ENTRY)
+    for place, entry in enumerate(entry for part in parts for entry in part.entries):
+        entries[place] = entry
+    entries = entries[np.argsort(entries["drives"], kind="stable")]
+    number_places(entries)
+    return Declared(entries, tuple(table for part in parts for table in part.tables))
 
 
 def _scratch() -> tuple[np.ndarray, np.ndarray, FloatArray]:

@@ -14,6 +14,7 @@ from drill_env._checks import real
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.effects import LIBRARY, Effect
+from drill_env.effects._bundles import number_places
 from drill_env.effects._effect import SIDES, reads
 from drill_env.effects._table import sampled, tabulated
 from drill_env.effects._table_entry import is_located, table_entry
@@ -184,9 +185,7 @@ def _laid_out(rows: Sequence[_Row]) -> Declared:
     entries = np.zeros(len(rows), dtype=ENTRY)
     for i, (_, entry, _) in enumerate(ordered):
         entries[i] = entry
-    for kind in ("state", "switch"):
-        counts = entries[f"{kind}es" if kind == "switch" else "states"]
-        entries[f"first_{kind}"] = np.cumsum(counts) - counts
+    number_places(entries)
     found = Declared(entries, tuple(row[2] for row in ordered), order)
     if found.inner > MOST_INNER or found.switches > MOST_BRANCHES:
         raise InputError(

@@ -15,7 +15,7 @@ from drill_env.friction import lower_curve
 from drill_env.identification.drive import driven_rig
 from drill_env.identification.initial_state import state_at
 from drill_env.identification.inverse_dynamics import InverseOptions, rig_force_error
-from drill_env.identification.known_loads import loaded
+from drill_env.identification.known_loads import loaded, with_added_inertia
 from drill_env.integrator import Voltage, sampled_voltage, simulate
 from drill_env.parameters import Rig
 from drill_env.recordings import Channel, Recording, RecordingWarning
@@ -255,5 +255,5 @@ def _explained_twist(recording: Recording, rig: Rig) -> float:
     stride = min(max(1, round(0.1 * recording.rate)), len(t) - 1)
     speeds = np.abs((theta[stride:] - theta[:-stride]) / (t[stride:] - t[:-stride]))
     friction = float(lower_curve(rig, np.linspace(0.0, speeds.max(), 200)).max())
-    change = 2.0 * rig.Jl * float(speeds.max()) / recording.duration
+    change = 2.0 * with_added_inertia(rig, recording).Jl * float(speeds.max()) / recording.duration
     return (friction + change) / rig.ktheta

@@ -10,8 +10,8 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.recordings.checks import SHORTEST, check_length
-from drill_env.recordings.columns import LOADS, Channel
 from drill_env.recordings.recording import Recording, RecordingWarning, is_gap
+from drill_env.recordings.units import LOADS, Channel
 
 # Of the usual interval: the jitter of a single clock is remarked from there on.
 _NEAR = 0.01

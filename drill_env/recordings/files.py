@@ -11,9 +11,6 @@ from drill_env._errors import InputError, printable
 from drill_env._types import FloatArray
 from drill_env.recordings.clocks import on_rows
 from drill_env.recordings.columns import (
-    DRIVES,
-    LOADS,
-    Channel,
     listed,
     missing_text,
     number_of,
@@ -23,6 +20,7 @@ from drill_env.recordings.manifest_entries import MANIFEST, RecordingSettings, c
 from drill_env.recordings.read import recording_from
 from drill_env.recordings.recording import Recording
 from drill_env.recordings.tables import Table, Values, read_table
+from drill_env.recordings.units import DRIVES, LOADS, NUMBERED, Channel
 
 
 def read_files(source: Path, entry: RecordingSettings) -> Recording:
@@ -91,7 +89,7 @@ def _part(channel: Channel, file: Path, entry: RecordingSettings) -> Recording:
         clock = table.columns[time]
     told = column_map(entry, {**names, "t": time, channel: name})
     kept: dict[Channel, str] = {"t": told["t"], channel: told[channel]}
-    for given in (*DRIVES, *LOADS):
+    for given in NUMBERED:
         if given not in entry.files and number_of(names.get(given, "")) is not None:
             kept[given] = told[given]
     return recording_from(

@@ -5,13 +5,16 @@ from __future__ import annotations
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
+from drill_env._checks import real
 from drill_env._errors import InputError, printable
 from drill_env._types import BoolArray, FloatArray, IntArray
-from drill_env.recordings.columns import ANGLES, LOADS, VELOCITIES, Channel, missing_text
+from drill_env.recordings.columns import missing_text
+from drill_env.recordings.limits import LARGEST
+from drill_env.recordings.units import ANGLES, INERTIAS, LOADS, VELOCITIES, Channel
 
 Drive: TypeAlias = Literal["voltage", "torque"]
 """What drives the rig: the motor's voltage, or its torque (of a linear axis, force) itself."""
@@ -24,6 +27,15 @@ def is_gap(t: FloatArray) -> BoolArray:
     """Whether rows are missing between neighbouring times (s), shape (n - 1,)."""
     steps = np.diff(t)
     return steps > _GAP * float(np.median(steps))
+
+
+def _tables(source: str, effects: Any) -> tuple[Mapping[str, Any], ...]:
+    if isinstance(effects, (tuple, list)) and all(isinstance(e, Mapping) for e in effects):
+        return tuple(effects)
+    raise InputError(
+        f"{source}: effects is {effects!r}; give a list of tables, each with its id: "
+        '[{ id = "upper_unbalance", torque = 0.1, phase = 0.0 }]'
+    )
 
 
 class RecordingWarning(UserWarning):
@@ -61,6 +73,10 @@ class Recording:
             positive along theta_u, shape (n,), or None. It is read at t[i] as an angle is, and
             straight in between.
         load_l: the same of the lower disc.
+        added_inertia_u: what was bolted on the upper disc in this run alone, known exactly, kg m^2
+            (kg of a linear axis), 0 or more.
+        added_inertia_l: the same of the lower disc.
+        effects: known physics of this run alone, tables as the `[[effects]]` of a rig file.
         drive: what `u` is.
         extra: other numeric columns as they stand in the file, each of shape (n,).
         constants: single numbers in the file, such as a drive gain.
@@ -79,6 +95,9 @@ class Recording:
     omega_l: FloatArray | None = None
     load_u: FloatArray | None = None
     load_l: FloatArray | None = None
+    added_inertia_u: float = 0.0
+    added_inertia_l: float = 0.0
+    effects: tuple[Mapping[str, Any], ...] = ()
     drive: Drive = "voltage"
     extra: Mapping[str, FloatArray] = field(default_factory=dict)
     constants: Mapping[str, float] = field(default_factory=dict)
@@ -95,6 +114,14 @@ class Recording:
                     f"{self.source}: {name} has shape {values.shape} and t {self.t.shape}; "
                     "make them one-dimensional and equally long"
                 )
+        for name in INERTIAS:
+            most, value = LARGEST[name][0], real(getattr(self, name), f"{self.source}: {name}")
+            if not 0.0 <= value <= most:
+                raise InputError(
+                    f"{self.source}: {name} is {value:g}; give what was added to the rig, 0 to "
+                    f"{most:g} kg m^2, and write the rig without it"
+                )
+        object.__setattr__(self, "effects", _tables(self.source, self.effects))
 
     def __len__(self) -> int:
         return len(self.t)

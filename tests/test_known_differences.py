@@ -1,0 +1,185 @@
+"""What was bolted on a machine for one run is known there, and tells the scale of torque."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from benchmarks.rig_maker import quasi_random
+from drill_env import Rig
+from drill_env._errors import InputError
+from drill_env.diagnosis.base import base_fit
+from drill_env.diagnosis.diagnose import _scale, diagnose
+from drill_env.diagnosis.offered import free_parameters
+from drill_env.diagnosis.options import DiagnosisOptions
+from drill_env.identification.estimate import identify
+from drill_env.identification.known_loads import known_effects, tells_scale
+from drill_env.identification.one_inertia import identify_one_inertia
+from drill_env.identification.replay import replay
+from drill_env.identification.samples import prepare
+from drill_env.recordings import Recording, parse_map, read_folder, read_recording
+
+RATE = 200.0
+AXIS = Rig.one_inertia(km=0.5, Ju=0.02, Tsu=0.0, bu=0.05)
+WEIGHT = {"id": "upper_unbalance", "torque": 0.25, "phase": 0.4}
+RIG = Rig.paper().replace(friction="coulomb", Tsl=0.01)
+STEP = 2.0 * math.pi / 65536
+
+
+def solved(rates, t, states):
+    run = solve_ivp(
+        rates, (0.0, t[-1]), np.zeros(states), t_eval=t, max_step=1.0 / RATE, rtol=1e-9,
+        atol=1e-11, method="LSODA",
+    )  # fmt: skip
+    return run.y
+
+
+def held(u):
+    return lambda now: u[min(int(now * RATE + 1e-9), len(u) - 1)]
+
+
+def axis_run(seed, seconds=10.0, added=0.0, weight=None):
+    """An axis that turns to and fro, by SciPy from the formulas."""
+    t = np.arange(int(seconds * RATE)) / RATE
+    u = 1.5 * quasi_random(np.random.default_rng(seed), seconds, RATE, 2.0)
+    volts = held(u)
+
+    def rates(now, y):
+        torque = AXIS.km * volts(now) - AXIS.bu * y[1]
+        if weight:
+            torque += weight["torque"] * math.cos(y[0] + weight["phase"])
+        return [y[1], torque / (AXIS.Ju + added)]
+
+    theta = solved(rates, t, 2)[0]
+    effects = (weight,) if weight else ()
+    return Recording(t, u, theta, added_inertia_u=added, effects=effects, source=f"axis {seed}")
+
+
+def rig_run(seed, seconds=20.0, upper=0.0, lower=0.0, lever=0.0):
+    """A whole rig that turns forward all the time, by SciPy from the formulas."""
+    t = np.arange(int(seconds * RATE)) / RATE
+    u = 3.5 + 1.2 * quasi_random(np.random.default_rng(seed), seconds, RATE, 2.0)
+    u[: int(0.5 * RATE)] = 6.0
+    volts, p = held(u), RIG
+
+    def rates(now, y):
+        twist = p.ktheta * (y[0] - y[1])
+        above = p.km * volts(now) - twist - (p.bu + p.dbu) * y[2] - (p.Tsu + p.dTsu) * (y[2] >= 0)
+        below = twist - p.bl * y[3] - p.Tsl * np.tanh(y[3] / 1e-4) - lever * math.cos(y[1])
+        return [y[2], y[3], above / (p.Ju + upper), below / (p.Jl + lower)]
+
+    y = solved(rates, t, 4)
+    effects = ({"id": "unbalance", "torque": lever, "phase": math.pi},) if lever else ()
+    return Recording(
+        t, u, y[0], y[1], added_inertia_u=upper, added_inertia_l=lower, effects=effects,
+        source=f"rig {seed}",
+    )  # fmt: skip
+
+
+def read(recording, seed=0):
+    """As encoders read it."""
+    noise = np.random.default_rng(seed).normal(0.0, 2e-4, (2, len(recording)))
+    names = [name for name in ("theta_u", "theta_l") if getattr(recording, name) is not None]
+    angles = {
+        name: STEP * np.round((getattr(recording, name) + n) / STEP)
+        for name, n in zip(names, noise, strict=False)
+    }
+    return replace(recording, **angles, quanta=dict.fromkeys(names, STEP))
+
+
+def off(recording, rig):
+    return max(e.rms for e in replay(recording, rig).errors.values())
+
+
+def bare(recording):
+    return replace(recording, added_inertia_u=0.0, added_inertia_l=0.0, effects=())
+
+
+@pytest.mark.parametrize("known", [{"added": 0.01}, {"weight": WEIGHT}])
+def test_a_replay_of_an_axis_knows_what_was_bolted_on(known):
+    run = axis_run(1, **known)
+    assert off(run, AXIS) < 1e-5
+    assert off(bare(run), AXIS) > 0.05
+
+
+@pytest.mark.parametrize("known", [{"upper": 0.1}, {"lower": 0.01}, {"lever": 0.03}])
+def test_a_replay_of_a_rig_knows_what_was_bolted_on(known):
+    run = rig_run(1, **known)
+    assert off(run, RIG) < 2e-3
+    assert off(bare(run), RIG) > 0.02
+
+
+def test_the_torque_balance_of_an_axis_knows_what_was_bolted_on():
+    runs = [axis_run(1, 20.0), axis_run(2, 20.0, added=0.02), axis_run(3, 20.0, weight=WEIGHT)]
+    found = identify_one_inertia(runs, AXIS.km)
+    assert found.estimates["M"] == pytest.approx(AXIS.Ju, rel=0.01)
+    assert found.estimates["Fv"] == pytest.approx(AXIS.bu, rel=0.01)
+    without = identify_one_inertia([bare(run) for run in runs], AXIS.km)
+    assert found.fit_error < 0.02 and without.fit_error > 0.1
+
+
+@pytest.mark.parametrize("known", [{"added": 0.02}, {"weight": WEIGHT}])
+def test_identify_finds_the_scale_of_torque_of_an_axis(known):
+    runs = [read(axis_run(1)), read(axis_run(2, **known))]
+    given = AXIS.replace(Ju=1.04 * AXIS.Ju, km=0.96 * AXIS.km)
+    fixed = {"Tsu": 0.0, "dTsu": 0.0, "dbu": 0.0}
+    found = identify(runs, given, fixed=fixed)
+    for name in ("km", "Ju", "bu"):
+        assert getattr(found.rig, name) == pytest.approx(getattr(AXIS, name), rel=2e-3)
+        low, high = found.intervals()[name]
+        assert high - low < 0.01 * getattr(AXIS, name)
+    wrong = identify([bare(run) for run in runs], given, fixed={**fixed, "km": AXIS.km})
+    assert abs(wrong.rig.bu / AXIS.bu - 1.0) > 0.02 or abs(wrong.rig.Ju / AXIS.Ju - 1.0) > 0.1
+    with pytest.raises(InputError, match="scale of torque"):
+        identify([bare(run) for run in runs], given)
+
+
+@pytest.mark.parametrize("known", [{"upper": 0.1}, {"lower": 0.01}, {"lever": 0.03}])
+def test_diagnose_finds_the_scale_of_torque_of_a_rig(known):
+    given = RIG.replace(Ju=1.04 * RIG.Ju, km=0.96 * RIG.km)
+    runs = [read(rig_run(1)), read(rig_run(2, **known))]
+    samples = [prepare(run, given) for run in runs]
+    found = base_fit(samples, given, free_parameters(given, scale=_scale(samples, {})))[1].rig
+    assert found.Ju == pytest.approx(RIG.Ju, rel=3e-3)
+    assert found.km == pytest.approx(RIG.km, rel=3e-3)
+    assert not tells_scale([bare(run) for run in runs])
+
+
+def test_a_known_disc_is_nothing_that_is_missing_and_without_it_something_is():
+    given = AXIS.replace(Ju=1.02 * AXIS.Ju, km=0.98 * AXIS.km)
+    runs = [read(axis_run(n, 15.0, added=0.02 * (n % 2)), n) for n in (1, 2, 3, 4)]
+    options = DiagnosisOptions(given_rig=True, most=1, leave_out=("gear_backlash",))
+    found = diagnose(runs[:2], given, runs[2:], options=options)
+    assert not found.result.effects and found.result.verdict in ("consistent", "parameters")
+    assert found.rig.Ju == pytest.approx(AXIS.Ju, rel=5e-3)
+    assert found.rig.km == pytest.approx(AXIS.km, rel=5e-3)
+    runs = [bare(run) for run in runs]
+    assert diagnose(runs[:2], given, runs[2:], options=options).result.verdict == "unexplained"
+
+
+def test_a_gear_is_the_same_behind_a_heavier_disc():
+    share, hertz, damping, added, seconds = 0.25, 6.0, 0.07, 0.03, 4.0
+    motor, disc = share * AXIS.Ju, (1.0 - share) * AXIS.Ju
+    reduced = motor * disc / (motor + disc)
+    spring, loss = (2.0 * math.pi * hertz) ** 2 * reduced, 4.0 * math.pi * damping * hertz * reduced
+    t = np.arange(int(seconds * RATE)) / RATE
+    u = 1.5 * quasi_random(np.random.default_rng(1), seconds, RATE, 2.0)
+    volts = held(u)
+
+    def rates(now, y):
+        torque = spring * (y[0] - y[1]) + loss * (y[2] - y[3])
+        return [
+            y[2], y[3], (AXIS.km * volts(now) - torque) / motor,
+            (torque - AXIS.bu * y[3]) / (disc + added),
+        ]  # fmt: skip
+
+    run = Recording(t, u, solved(rates, t, 4)[1], added_inertia_u=added, source="geared")
+    gear = {
+        "id": "gear_compliance", "frequency": hertz, "motor_share": share,
+        "friction_share": 0.01, "damping": damping,
+    }  # fmt: skip
+    assert off(run, AXIS.replace(effects=(gear,))) < 0.02
