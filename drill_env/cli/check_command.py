@@ -57,7 +57,7 @@ def _told(recording: Recording) -> dict[str, Any]:
     drive, unit = _DRIVES[recording.drive]
     units = {"u": unit} | dict.fromkeys(recording.angles(), "rad")
     units |= dict.fromkeys(recording.velocities(), "rad/s")
-    units |= dict.fromkeys(recording.loads(), "Nm")
+    units |= dict.fromkeys(recording.loads(), "Nm") | {"bridge": ""}
     channels = recording.channels()
     return {
         "source": recording.source,

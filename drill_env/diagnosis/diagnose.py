@@ -33,6 +33,7 @@ from drill_env.diagnosis.search import find
 from drill_env.diagnosis.sentences import ended_early
 from drill_env.diagnosis.unexplained_residual import with_residual_torque
 from drill_env.effects.declared import declared
+from drill_env.identification.coasting import left_out_of_search
 from drill_env.identification.drive import torque_driven, with_known_scale
 from drill_env.identification.known_loads import tells_scale
 from drill_env.identification.readings import made_of_twist
@@ -190,7 +191,8 @@ def _diagnose(
     _check_channels(held)
     measured = torque_driven([s.recording for s in samples])
     free = free_parameters(rig, options.fixed, _scale(samples, options.fixed))
-    library = offered_effects(rig, free, options.leave_out, amplifier=not measured)
+    left_out = (*options.leave_out, *left_out_of_search(recordings))
+    library = offered_effects(rig, free, left_out, amplifier=not measured)
     found = find(samples, rig, free, library, most=options.most, doubt=options.doubt, report=report)
     law = None
     other = rig.friction != "humped" and "friction_shape" not in options.leave_out

@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
+from drill_env.identification.coasting import check_coasting
 from drill_env.identification.coordinates import Coordinates, free_names, inverse
 from drill_env.identification.descent import (
     Point,
@@ -198,6 +199,7 @@ def identify(
     options = options or FitOptions()
     if not recordings:
         raise InputError("identify needs at least one recording")
+    check_coasting(recordings)
     fixed = with_known_scale(recordings, fixed or {}, free)
     names = free_names(free, rig, fixed, scaled=tells_scale(recordings))
     base = rig.replace(**fixed)

@@ -12,6 +12,7 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
 from drill_env.friction import lower_curve
+from drill_env.identification.coasting import untold_coasting
 from drill_env.identification.drive import driven_rig
 from drill_env.identification.initial_state import state_at
 from drill_env.identification.inverse_dynamics import InverseOptions, rig_force_error
@@ -216,6 +217,16 @@ def channel_errors(
 
 
 def _notes(recording: Recording, rig: Rig) -> list[RecordingWarning]:
+    if untold_coasting(recording, rig):
+        text = (
+            f"{recording.source}: the bridge is off in some rows, and the rig brakes there as in "
+            "the others: give it, or the recording, the effect coasting with its back_emf"
+        )
+        return [RecordingWarning("coasting", text), *_hidden(recording, rig)]
+    return _hidden(recording, rig)
+
+
+def _hidden(recording: Recording, rig: Rig) -> list[RecordingWarning]:
     if rig.inertias == 1:
         return []
     source, angles = recording.source, recording.angles()

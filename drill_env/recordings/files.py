@@ -20,7 +20,7 @@ from drill_env.recordings.manifest_entries import MANIFEST, RecordingSettings, c
 from drill_env.recordings.read import recording_from
 from drill_env.recordings.recording import Recording
 from drill_env.recordings.tables import Table, Values, read_table
-from drill_env.recordings.units import DRIVES, LOADS, NUMBERED, Channel
+from drill_env.recordings.units import DRIVES, GIVEN, NUMBERED, Channel
 
 
 def read_files(source: Path, entry: RecordingSettings) -> Recording:
@@ -38,7 +38,7 @@ def read_files(source: Path, entry: RecordingSettings) -> Recording:
     parts: dict[Channel, Recording] = {
         name: _part(name, file, entry) for name, file in entry.files.items() if name != "t"
     }
-    readings: list[Channel] = [name for name in parts if name not in (*DRIVES, *LOADS)]
+    readings: list[Channel] = [name for name in parts if name not in GIVEN]
     main: Channel = max(readings, key=lambda name: len(parts[name]))
     drive = parts[main].drive
     others: dict[Channel, tuple[FloatArray, FloatArray]] = {}

@@ -65,6 +65,7 @@ LARGEST: dict[str, tuple[float, str]] = {
     "omega_l": (1e5, "rad/s"),
     "load_u": (1e7, "Nm"),
     "load_l": (1e7, "Nm"),
+    "bridge": (1.0, "(on)"),
     "added_inertia_u": (1e7, "kg m^2"),
     "added_inertia_l": (1e7, "kg m^2"),
 }

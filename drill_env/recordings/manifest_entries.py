@@ -14,7 +14,7 @@ from drill_env._errors import InputError
 from drill_env.recordings.dates import date_of, date_told
 from drill_env.recordings.manifest_checks import check_choice, check_counts, check_delay, check_keys
 from drill_env.recordings.read import Missing
-from drill_env.recordings.units import CHANNELS, COUNTED, DRIVES, INERTIAS, LOADS, NUMBERED, Channel
+from drill_env.recordings.units import CHANNELS, COUNTED, DRIVES, GIVEN, INERTIAS, NUMBERED, Channel
 
 MANIFEST = "recordings.toml"
 Role: TypeAlias = Literal["stage1", "fit", "holdout"]
@@ -115,7 +115,7 @@ def from_manifest(manifest: Path) -> dict[Path, RecordingSettings]:
         check_keys(where, entry, ("file", "files", "role", *_OPTIONS))
         several = _several(where, manifest.parent, entry)
         # By the name of the first reading's file: those of time, drive and load may be shared.
-        first = [file for name, file in several.items() if name not in ("t", *DRIVES, *LOADS)][:1]
+        first = [file for name, file in several.items() if name not in ("t", *GIVEN)][:1]
         for file in first or _files(where, manifest.parent, entry.get("file")):
             if file in found:
                 raise InputError(f"{where}: {file.name} is named before; keep one of the two")
@@ -134,7 +134,7 @@ def _several(where: str, folder: Path, entry: Mapping[str, Any]) -> dict[Channel
             f'{where}: give either file = "NAME" or files = {{ u = "NAME", theta_u = "NAME" }}'
         )
     check_keys(f"{where}: files", files, tuple(c for c in CHANNELS if c not in INERTIAS))
-    if not set(files) - {"t", *DRIVES, *LOADS} or set(DRIVES) <= set(files):
+    if not set(files) - {"t", *GIVEN} or set(DRIVES) <= set(files):
         raise InputError(f"{where}: files needs one of a reading, theta_u or such, and one drive")
     found: dict[Channel, Path] = {}
     for channel in CHANNELS:

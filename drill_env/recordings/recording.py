@@ -19,7 +19,10 @@ from drill_env.recordings.units import ANGLES, INERTIAS, LOADS, VELOCITIES, Chan
 Drive: TypeAlias = Literal["voltage", "torque"]
 """What drives the rig: the motor's voltage, or its torque (of a linear axis, force) itself."""
 
-_CHANNELS: tuple[Channel, ...] = ("t", "u", *ANGLES, *VELOCITIES, *LOADS)
+BRAKES = 1e-12
+"""Voltage (V) of a bridge that brakes at 0 V: below any converter's step, and not 0."""
+
+_CHANNELS: tuple[Channel, ...] = ("t", "u", *ANGLES, *VELOCITIES, *LOADS, "bridge")
 _GAP = 1.8
 
 
@@ -27,6 +30,23 @@ def is_gap(t: FloatArray) -> BoolArray:
     """Whether rows are missing between neighbouring times (s), shape (n - 1,)."""
     steps = np.diff(t)
     return steps > _GAP * float(np.median(steps))
+
+
+def _bridged(recording: Recording, bridge: FloatArray) -> FloatArray:
+    """The voltage, 0 where the bridge is off and nowhere else."""
+    u, source = recording.u, recording.source
+    if u is None or recording.drive != "voltage":
+        raise InputError(
+            f"{source}: bridge goes with a voltage u; a measured torque is 0 where the motor "
+            "coasts, leave bridge out"
+        )
+    other = bridge[(bridge != 0.0) & (bridge != 1.0)]
+    if len(other):
+        raise InputError(
+            f"{source}: bridge is {other[0]:g} in {len(other)} rows; give 1 where it drives or "
+            "brakes and 0 where it is off"
+        )
+    return np.where(bridge == 0.0, 0.0, np.where(u == 0.0, BRAKES, u))
 
 
 def _tables(source: str, effects: Any) -> tuple[Mapping[str, Any], ...]:
@@ -45,7 +65,8 @@ class RecordingWarning(UserWarning):
         code: what it is, one of "jitter", "gap", "slow_clock", "constant", "saturated",
             "wrapped", "jump", "implausible_speed", "large_voltage", "ignored_column",
             "two_drives", "missing", "clocks", "interpolated", "no_manifest", "twist_offset",
-            "hidden_state", "long", or one of `drill_env.identification.screening.findings`.
+            "hidden_state", "coasting", "long", or one of
+            `drill_env.identification.screening.findings`.
     """
 
     def __init__(self, code: str, message: str) -> None:
@@ -73,6 +94,9 @@ class Recording:
             positive along theta_u, shape (n,), or None. It is read at t[i] as an angle is, and
             straight in between.
         load_l: the same of the lower disc.
+        bridge: 1 where the motor's bridge drives or brakes and 0 where it is off, held from row to
+            row as `u` is, shape (n,), or None. With it `u` is 0 where the bridge is off and nowhere
+            else: where it brakes at 0 V, `u` is `BRAKES`.
         added_inertia_u: what was bolted on the upper disc in this run alone, known exactly, kg m^2
             (kg of a linear axis), 0 or more.
         added_inertia_l: the same of the lower disc.
@@ -95,6 +119,7 @@ class Recording:
     omega_l: FloatArray | None = None
     load_u: FloatArray | None = None
     load_l: FloatArray | None = None
+    bridge: FloatArray | None = None
     added_inertia_u: float = 0.0
     added_inertia_l: float = 0.0
     effects: tuple[Mapping[str, Any], ...] = ()
@@ -122,6 +147,8 @@ class Recording:
                     f"{most:g} kg m^2, and write the rig without it"
                 )
         object.__setattr__(self, "effects", _tables(self.source, self.effects))
+        if self.bridge is not None:
+            object.__setattr__(self, "u", _bridged(self, self.bridge))
 
     def __len__(self) -> int:
         return len(self.t)
@@ -149,6 +176,10 @@ class Recording:
     def loads(self) -> dict[Channel, FloatArray]:
         """The channels of measured loads present."""
         return {name: value for name, value in self.channels().items() if name in LOADS}
+
+    def coasts(self) -> bool:
+        """Whether the bridge is off in some rows."""
+        return self.bridge is not None and not self.bridge.all()
 
     def readings(self) -> dict[Channel, FloatArray]:
         """Angles and velocities present."""

@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias, get_args
 
 Channel: TypeAlias = Literal[
     "t", "u", "torque", "theta_u", "theta_l", "omega_u", "omega_l", "load_u", "load_l",
-    "added_inertia_u", "added_inertia_l",
+    "bridge", "added_inertia_u", "added_inertia_l",
 ]  # fmt: skip
 CHANNELS: tuple[Channel, ...] = get_args(Channel)
 ANGLES: tuple[Channel, ...] = ("theta_u", "theta_l")
@@ -40,11 +40,14 @@ UNITS: dict[Channel, dict[str, float]] = {
     "omega_l": _VELOCITY,
     "load_u": _TORQUE,
     "load_l": _TORQUE,
+    "bridge": {"1": 1.0},
     "added_inertia_u": _INERTIA,
     "added_inertia_l": _INERTIA,
 }
 DRIVES: tuple[Channel, ...] = ("u", "torque")
-NUMBERED: tuple[Channel, ...] = (*DRIVES, *LOADS, *INERTIAS)
+GIVEN: tuple[Channel, ...] = (*DRIVES, "bridge", *LOADS)
+"""What acts on the rig, and is no reading of it."""
+NUMBERED: tuple[Channel, ...] = (*GIVEN, *INERTIAS)
 """What a number may stand for in place of a column."""
 COUNTED: dict[Channel, str] = {
     "theta_u": "counts", "theta_l": "counts", "omega_u": "counts/s", "omega_l": "counts/s",
