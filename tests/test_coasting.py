@@ -23,7 +23,13 @@ from drill_env.identification.estimate import identify
 from drill_env.identification.one_inertia import identify_one_inertia
 from drill_env.identification.replay import replay
 from drill_env.identification.samples import prepare
-from drill_env.recordings import Recording, parse_map, read_recording
+from drill_env.recordings import (
+    Recording,
+    RecordingWarning,
+    parse_map,
+    read_folder,
+    read_recording,
+)
 
 RATE = 200.0
 AXIS = Rig.one_inertia(km=0.5, Ju=0.02, Tsu=0.0, bu=0.05)
@@ -158,13 +164,31 @@ def test_a_bridge_is_read_and_off_is_another_thing_than_zero_volts(tmp_path):
     assert (free.u == 0.0).all() and free.coasts()
 
 
+def test_a_row_within_which_the_bridge_is_switched_is_left_out(tmp_path):
+    t, clock = np.arange(50) / 100.0, np.arange(-2, 30) / 50.0 + 0.005
+    for name, columns in {
+        "u": (t, t + 1.0),
+        "theta_u": (t, t),
+        "bridge": (clock, clock < 0.2),
+    }.items():
+        rows = np.column_stack(columns)
+        np.savetxt(tmp_path / f"{name}.csv", rows, delimiter=",", header=f"t,{name}", comments="")
+    (tmp_path / "recordings.toml").write_text(
+        '[[recording]]\nfiles = { u = "u.csv", theta_u = "theta_u.csv", bridge = "bridge.csv" }\n'
+    )
+    with pytest.warns(RecordingWarning, match="not known in 1 rows; left out"):
+        (found,) = read_folder(tmp_path).fit
+    # It is switched at 0.205 s.
+    assert len(found) == 49 and 0.2 not in found.t
+    assert (found.bridge == (found.t < 0.2)).all() and (found.u[found.t > 0.2] == 0.0).all()
+
+
 @pytest.mark.parametrize(
     ("bridge", "more", "told"),
     [
         (0.5, {}, "bridge is 0.5 in 50 rows; give 1"),
         (math.nan, {}, "bridge is nan"),
         (0.0, {"drive": "torque"}, "leave bridge out"),
-        (0.0, {"u": None}, "goes with a voltage"),
     ],
 )
 def test_a_bridge_that_cannot_be_is_one_clear_error(bridge, more, told):

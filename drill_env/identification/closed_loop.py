@@ -117,10 +117,10 @@ def simulate_closed_loop(
             f"{recording.source}: the time has gaps, and the loop ran on in them; cut the "
             "recording at the gaps"
         )
-    if recording.load_u is not None or recording.effects:
+    if recording.load_u is not None or recording.effects or recording.coasts():
         raise InputError(
-            f"{recording.source}: a measured load, or an effect of the recording, does not act on "
-            "the simulated closed loop; leave --reference out"
+            f"{recording.source}: a measured load, an effect of the recording or a bridge that is "
+            "off does not act on the simulated closed loop; leave --reference out"
         )
     recording.channel("theta_u")
     rows = len(recording)

@@ -47,7 +47,8 @@ def on_rows(
             values[name] = held(t, clock, column)
         elif name == "bridge":
             share = held(t, clock, column)
-            values[name] = np.where(np.isin(share, (0.0, 1.0)), share, np.nan)
+            whole = np.round(share)
+            values[name] = np.where(np.abs(share - whole) <= _NEAR, whole, np.nan)
         elif name in LOADS:
             values[name] = _straight(t, clock, column)
         else:

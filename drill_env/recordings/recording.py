@@ -32,10 +32,10 @@ def is_gap(t: FloatArray) -> BoolArray:
     return steps > _GAP * float(np.median(steps))
 
 
-def _bridged(recording: Recording, bridge: FloatArray) -> FloatArray:
+def _bridged(recording: Recording, bridge: FloatArray) -> FloatArray | None:
     """The voltage, 0 where the bridge is off and nowhere else."""
     u, source = recording.u, recording.source
-    if u is None or recording.drive != "voltage":
+    if recording.drive != "voltage":
         raise InputError(
             f"{source}: bridge goes with a voltage u; a measured torque is 0 where the motor "
             "coasts, leave bridge out"
@@ -46,6 +46,8 @@ def _bridged(recording: Recording, bridge: FloatArray) -> FloatArray:
             f"{source}: bridge is {other[0]:g} in {len(other)} rows; give 1 where it drives or "
             "brakes and 0 where it is off"
         )
+    if u is None:
+        return None
     return np.where(bridge == 0.0, 0.0, np.where(u == 0.0, BRAKES, u))
 
 
