@@ -7,13 +7,12 @@ from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from drill_env._errors import InputError
 from drill_env._watch import ASKED, Report, Watch
 from drill_env.diagnosis.answer import Unseen, answer
-from drill_env.diagnosis.bounded import bounded
+from drill_env.diagnosis.bounded import bounded, check_told
 from drill_env.diagnosis.by_prediction import PredictionDiagnosis, diagnose_by_prediction
 from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.declare import extended_rig
@@ -21,7 +20,7 @@ from drill_env.diagnosis.evidence import Weighed, decided
 from drill_env.diagnosis.explained import that_explain
 from drill_env.diagnosis.faults import find_faults
 from drill_env.diagnosis.follows import follow, only_if_they_follow
-from drill_env.diagnosis.held_out import HORIZON, Judged, judge, judged_channels, rms
+from drill_env.diagnosis.held_out import Judged, judge, judged_channels, rms
 from drill_env.diagnosis.law import LawFit, law_fit
 from drill_env.diagnosis.noise_floor import errors_by_noise
 from drill_env.diagnosis.offered import free_parameters, offered_effects
@@ -107,7 +106,7 @@ def diagnose(
     if rig.inertias == 1:
         return _told(diagnose_by_prediction(recordings, rig, holdout, options, watch), watch)
     declared(rig)
-    _check_told([*recordings, *holdout])
+    check_told([*recordings, *holdout])
     # The matrices are small: threads of the linear algebra would only wait for each other.
     first = Watch(report, _SEARCH * options.seconds)
     with threadpool_limits(1):
@@ -141,23 +140,6 @@ def _at_the_driven_disc(
         return None
     found = diagnose_by_prediction(recordings, rig, holdout, options, report)
     return found if found.result.effects else None
-
-
-def _check_told(recordings: Sequence[Recording]) -> None:
-    """Raise where a recording is too short or no disc turns in any."""
-    for recording in recordings:
-        # The last row stands for an interval too.
-        seconds = recording.duration * len(recording) / max(len(recording) - 1, 1)
-        if seconds < (1.0 - 1e-9) * HORIZON:
-            raise InputError(
-                f"{recording.source}: {seconds:.3g} s are too short, diagnose needs "
-                f"{HORIZON:g} s and more; record longer"
-            )
-    readings = [r[np.isfinite(r)] for one in recordings for r in one.readings().values()]
-    if readings and not any(len(r) and np.ptp(r) for r in readings):
-        raise InputError(
-            f"{recordings[0].source}: no reading ever changes; record the rig while it turns"
-        )
 
 
 def _check_channels(held: Sequence[Samples]) -> None:

@@ -46,17 +46,16 @@ def _bridged(recording: Recording, bridge: FloatArray) -> FloatArray | None:
             f"{source}: bridge is {other[0]:g} in {len(other)} rows; give 1 where it drives or "
             "brakes and 0 where it is off"
         )
-    if u is None:
-        return None
-    return np.where(bridge == 0.0, 0.0, np.where(u == 0.0, BRAKES, u))
+    driven = None if u is None else np.where(u == 0.0, BRAKES, u)
+    return None if driven is None else np.where(bridge == 0.0, 0.0, driven)
 
 
 def _tables(source: str, effects: Any) -> tuple[Mapping[str, Any], ...]:
     if isinstance(effects, (tuple, list)) and all(isinstance(e, Mapping) for e in effects):
         return tuple(effects)
     raise InputError(
-        f"{source}: effects is {effects!r}; give a list of tables, each with its id: "
-        '[{ id = "upper_unbalance", torque = 0.1, phase = 0.0 }]'
+        f"{source}: effects is {effects!r}; give a list of tables, each with its id, as those of "
+        "a rig file"
     )
 
 
@@ -96,11 +95,9 @@ class Recording:
             positive along theta_u, shape (n,), or None. It is read at t[i] as an angle is, and
             straight in between.
         load_l: the same of the lower disc.
-        bridge: 1 where the motor's bridge drives or brakes and 0 where it is off, held from row to
-            row as `u` is, shape (n,), or None. With it `u` is 0 where the bridge is off and nowhere
-            else: where it brakes at 0 V, `u` is `BRAKES`.
-        added_inertia_u: what was bolted on the upper disc in this run alone, known exactly, kg m^2
-            (kg of a linear axis), 0 or more.
+        bridge: 1 where the motor's bridge drives or brakes and 0 where it is off, held as `u` is,
+            shape (n,), or None. With it `u` is 0 only there: where 0 V brake, `u` is `BRAKES`.
+        added_inertia_u: bolted on the upper disc in this run alone, kg m^2 (kg if linear).
         added_inertia_l: the same of the lower disc.
         effects: known physics of this run alone, tables as the `[[effects]]` of a rig file.
         drive: what `u` is.
