@@ -26,6 +26,11 @@ def supply_sag(q: dict[str, Any], s: Sums, v: View) -> None:
     s.volts -= q["sag"] * abs(v.u) * v.u
 
 
+def coasting(q: dict[str, Any], s: Sums, v: View) -> None:
+    if v.u == 0.0:
+        s.volts += q["back_emf"] * v.wu
+
+
 def gain_asymmetry(q: dict[str, Any], s: Sums, v: View) -> None:
     s.volts += q["asymmetry"] * abs(v.u)
 
@@ -157,7 +162,7 @@ FORMULAS: dict[str, Callable[[dict[str, Any], Sums, View], None]] = {
     f.__name__: f
     for f in (
         amplifier_saturation, amplifier_deadzone, supply_sag, gain_asymmetry, torque_ripple,
-        gear_eccentricity, upper_coulomb, upper_stribeck, lower_stribeck, upper_viscous,
+        coasting, gear_eccentricity, upper_coulomb, upper_stribeck, lower_stribeck, upper_viscous,
         upper_quadratic_drag, quadratic_drag, upper_asymmetry, upper_offset, friction_warmup,
         lower_disturbance, upper_disturbance, string_damping, string_hardening, unbalance,
         upper_unbalance, brake_runout, lower_asymmetry, friction_drift, whirl_drag,

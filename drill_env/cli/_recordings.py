@@ -66,10 +66,15 @@ def look_over(
         The warnings.
 
     Raises:
-        InputError: a recording cannot come from a rig, and that is an error.
+        InputError: a recording cannot come from a rig, and that is an error, or states an effect
+            that is wrong.
     """
+    from drill_env.identification.known_loads import known_effects
     from drill_env.identification.screening import findings, screen
+    from drill_env.parameters import Rig
 
+    for recording in (*found.stage1, *found.fit, *found.holdout):
+        known_effects(rig or Rig.paper(), recording)
     told = []
     for recording in (*found.fit, *found.holdout):
         seen = screen(recording, rig, incomplete=incomplete) if strict else findings(recording, rig)

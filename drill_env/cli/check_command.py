@@ -57,7 +57,7 @@ def _told(recording: Recording) -> dict[str, Any]:
     drive, unit = _DRIVES[recording.drive]
     units = {"u": unit} | dict.fromkeys(recording.angles(), "rad")
     units |= dict.fromkeys(recording.velocities(), "rad/s")
-    units |= dict.fromkeys(recording.loads(), "Nm")
+    units |= dict.fromkeys(recording.loads(), "Nm") | {"bridge": ""}
     channels = recording.channels()
     return {
         "source": recording.source,
@@ -65,6 +65,8 @@ def _told(recording: Recording) -> dict[str, Any]:
         "seconds": recording.duration,
         "rate_hz": recording.rate,
         "gaps": len(recording.gaps),
+        "added_inertia": {"u": recording.added_inertia_u, "l": recording.added_inertia_l},
+        "effects": [str(effect["id"]) for effect in recording.effects],
         "channels": {
             drive if name == "u" else name: {
                 "unit": units[name],
@@ -85,11 +87,14 @@ def _table(rows: Sequence[Mapping[str, Any]]) -> Table:
     for head in ("file", "role", "rows", "s", "Hz", "gaps", "channels"):
         table.add_column(head, justify="left" if head in ("file", "role", "channels") else "right")
     for row in rows:
-        channels = "\n".join(_range(name, told) for name, told in row["channels"].items())
+        lines = [_range(name, told) for name, told in row["channels"].items()]
+        added = {disc: value for disc, value in row["added_inertia"].items() if value}
+        lines += [f"added_inertia_{disc} {value:.4g} kg m^2" for disc, value in added.items()]
+        lines += [f"known effect {name}" for name in row["effects"]]
         table.add_row(
             Path(row["source"]).name, row["role"] + (", closed loop" if row["closed_loop"] else ""),
             str(row["rows"]), f"{row['seconds']:.4g}", f"{row['rate_hz']:.5g}", str(row["gaps"]),
-            channels,
+            "\n".join(lines),
         )  # fmt: skip
     return table
 

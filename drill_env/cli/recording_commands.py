@@ -118,9 +118,9 @@ def replay_command(
     """Lay the simulation of a rig over a recording: error per channel and a picture.
 
     REC holds the columns t (s), u (V), theta_u, theta_l (rad) as CSV, Parquet, JSON or .mat;
-    other names, units and channels (torque, omega_u, omega_l, load_u, load_l) by --map. The error
-    is given for one free run from the first sample and for predictions that restart every
-    --horizon seconds.
+    other names, units and channels (torque, omega_u, omega_l, load_u, load_l) by --map, and an
+    inertia that was bolted on, --map added_inertia_l=0.01. The error is given for one free run from
+    the first sample and for predictions that restart every --horizon seconds.
 
     Example: drill-env replay run.csv --rig rig.toml --out replay.png
     """
@@ -187,7 +187,7 @@ def identify_command(
     FIT are recordings with u (or torque) and theta_u, theta_l (or omega_u, omega_l), or one
     folder with a recordings.toml. All parameters but those of --fix are estimated, from --rig or
     the paper's rig on; 30 % off will do. One torque must be fixed, since volts and angles do not
-    show its scale; a measured torque does.
+    show its scale; a measured torque, a load and an added inertia that differs do.
 
     With --one-inertia: mass, viscous and Coulomb friction and offset of a single axis by
     inverse-dynamics least squares; its options are those from --gain on. With --closed-loop

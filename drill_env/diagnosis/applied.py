@@ -14,8 +14,10 @@ from drill_env.diagnosis.terms import Named, Shape, Term, at_rest, late_disc
 from drill_env.effects import LIBRARY
 from drill_env.effects.along import Motion, responses_along
 from drill_env.effects.declared import Declared, bundled
+from drill_env.identification.known_loads import times_inertia, with_added_inertia
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
+from drill_env.recordings import Recording
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,10 +55,28 @@ def effects_of(rig: Rig) -> tuple[Term, ...]:
     return tuple(terms)
 
 
+def as_heavy(terms: Sequence[Term], rig: Rig, recording: Recording) -> tuple[Term, ...]:
+    """Terms as they act in a recording in which something known was bolted on a disc."""
+    if recording.added_inertia_u == 0.0 and recording.added_inertia_l == 0.0:
+        return tuple(terms)
+    found = []
+    for term in terms:
+        source = term.source
+        if isinstance(source, Named) and source.effect.heavier is not None:
+            times = times_inertia(rig, recording, source.effect.equation)
+            term = Term(replace(source, times=times), term.q)
+        found.append(term)
+    return tuple(found)
+
+
 def acting(terms: Sequence[Term]) -> Declared:
     """Those of the terms that act at the filter's own state."""
     return bundled(
-        [(t.source.effect, t.q) for t in terms if isinstance(t.source, Named) and at_rest(t)]
+        [
+            (t.source.effect, t.source.acts_by(t.q))
+            for t in terms
+            if isinstance(t.source, Named) and at_rest(t)
+        ]
     )
 
 
@@ -66,7 +86,8 @@ def with_terms(samples: Samples, terms: tuple[Term, ...], rig: Rig, motion: Moti
     What a late encoder says of the last moments is not there to be read: those angles are missing.
     """
     loads, angles, repeats = samples.loads.copy(), samples.angles.copy(), samples.repeats.copy()
-    every = (*effects_of(rig), *terms)
+    every = as_heavy((*effects_of(rig), *terms), rig, samples.recording)
+    rig = with_added_inertia(rig, samples.recording)
     for term in sorted(every, key=lambda t: late_disc(t) is None):
         disc = late_disc(term)
         if disc is not None:

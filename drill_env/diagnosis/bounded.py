@@ -1,9 +1,11 @@
-"""How much of long recordings a diagnosis reads."""
+"""What a diagnosis reads of recordings: no more than it can, and no less than it needs."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+
+import numpy as np
 
 from drill_env._errors import InputError
 from drill_env.diagnosis.held_out import HORIZON
@@ -72,3 +74,24 @@ def _first(recording: Recording, rows: int, most: int) -> Recording:
         stacklevel=3,
     )
     return part
+
+
+def check_told(recordings: Sequence[Recording]) -> None:
+    """Refuse recordings that are too short, and those in which no disc turns.
+
+    Raises:
+        InputError: naming the recording.
+    """
+    for recording in recordings:
+        # The last row stands for an interval too.
+        seconds = recording.duration * len(recording) / max(len(recording) - 1, 1)
+        if seconds < (1.0 - 1e-9) * HORIZON:
+            raise InputError(
+                f"{recording.source}: {seconds:.3g} s are too short, diagnose needs "
+                f"{HORIZON:g} s and more; record longer"
+            )
+    readings = [r[np.isfinite(r)] for one in recordings for r in one.readings().values()]
+    if readings and not any(len(r) and np.ptp(r) for r in readings):
+        raise InputError(
+            f"{recordings[0].source}: no reading ever changes; record the rig while it turns"
+        )

@@ -19,6 +19,7 @@ from drill_env.diagnosis.result import (
     DiagnosisResult,
 )
 from drill_env.effects.along import Motion
+from drill_env.identification.coasting import left_out_of_search
 from drill_env.identification.drive import torque_driven, with_known_scale
 from drill_env.identification.equation_error import with_integrals
 from drill_env.identification.samples import Samples, prepare
@@ -90,7 +91,7 @@ def diagnose_by_prediction(
         if rig.inertias == 2:
             seen, unseen = _from_one_zero(seen, unseen, rig, fixed, options.doubt)
         amplifier = not torque_driven(recordings)
-        axis = upper_axis(rig)
+        axis, left_out = upper_axis(rig), (*options.leave_out, *left_out_of_search(recordings))
         read = tuple([(s, motion_as_read(s, axis)) for s in group] for group in (seen, unseen))
 
         def look(horizon: float) -> tuple[list[Choice], tuple[Fit, ...], Fold, FloatArray]:
@@ -99,7 +100,7 @@ def diagnose_by_prediction(
             folds = _folds(read, rig, leads, fixed, options, criteria)
             motions = [c.windows.motion for c in folds[0].setting.cuts]
             offered = candidates_for(
-                axis, motions, options.leave_out, amplifier=amplifier, pulled=rig.inertias == 2
+                axis, motions, left_out, amplifier=amplifier, pulled=rig.inertias == 2
             )
             choices, fits = explained(folds, offered, criteria, options.most, report)
             return choices, fits, folds[0], leads

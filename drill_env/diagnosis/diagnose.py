@@ -7,13 +7,12 @@ from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from drill_env._errors import InputError
 from drill_env._watch import ASKED, Report, Watch
 from drill_env.diagnosis.answer import Unseen, answer
-from drill_env.diagnosis.bounded import bounded
+from drill_env.diagnosis.bounded import bounded, check_told
 from drill_env.diagnosis.by_prediction import PredictionDiagnosis, diagnose_by_prediction
 from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.declare import extended_rig
@@ -21,7 +20,7 @@ from drill_env.diagnosis.evidence import Weighed, decided
 from drill_env.diagnosis.explained import that_explain
 from drill_env.diagnosis.faults import find_faults
 from drill_env.diagnosis.follows import follow, only_if_they_follow
-from drill_env.diagnosis.held_out import HORIZON, Judged, judge, judged_channels, rms
+from drill_env.diagnosis.held_out import Judged, judge, judged_channels, rms
 from drill_env.diagnosis.law import LawFit, law_fit
 from drill_env.diagnosis.noise_floor import errors_by_noise
 from drill_env.diagnosis.offered import free_parameters, offered_effects
@@ -33,7 +32,9 @@ from drill_env.diagnosis.search import find
 from drill_env.diagnosis.sentences import ended_early
 from drill_env.diagnosis.unexplained_residual import with_residual_torque
 from drill_env.effects.declared import declared
+from drill_env.identification.coasting import left_out_of_search
 from drill_env.identification.drive import torque_driven, with_known_scale
+from drill_env.identification.known_loads import tells_scale
 from drill_env.identification.readings import made_of_twist
 from drill_env.identification.samples import Samples, prepare
 from drill_env.parameters import Rig
@@ -105,7 +106,7 @@ def diagnose(
     if rig.inertias == 1:
         return _told(diagnose_by_prediction(recordings, rig, holdout, options, watch), watch)
     declared(rig)
-    _check_told([*recordings, *holdout])
+    check_told([*recordings, *holdout])
     # The matrices are small: threads of the linear algebra would only wait for each other.
     first = Watch(report, _SEARCH * options.seconds)
     with threadpool_limits(1):
@@ -131,30 +132,14 @@ def _at_the_driven_disc(
     """What is named at the driven disc if its torque and the string's other end were measured.
 
     Then all that moves it is known, though the other end may move as no disc on a brake does.
-    Effects in the rig file may be behind it: then the whole rig alone is asked.
+    Effects that are known may be behind it: then the whole rig alone is asked.
     """
     every = [*recordings, *holdout]
-    if rig.effects or not torque_driven(every) or any(len(r.angles()) < 2 for r in every):
+    known = rig.effects or any(r.effects for r in every)
+    if known or not torque_driven(every) or any(len(r.angles()) < 2 for r in every):
         return None
     found = diagnose_by_prediction(recordings, rig, holdout, options, report)
     return found if found.result.effects else None
-
-
-def _check_told(recordings: Sequence[Recording]) -> None:
-    """Raise where a recording is too short or no disc turns in any."""
-    for recording in recordings:
-        # The last row stands for an interval too.
-        seconds = recording.duration * len(recording) / max(len(recording) - 1, 1)
-        if seconds < (1.0 - 1e-9) * HORIZON:
-            raise InputError(
-                f"{recording.source}: {seconds:.3g} s are too short, diagnose needs "
-                f"{HORIZON:g} s and more; record longer"
-            )
-    readings = [r[np.isfinite(r)] for one in recordings for r in one.readings().values()]
-    if readings and not any(len(r) and np.ptp(r) for r in readings):
-        raise InputError(
-            f"{recordings[0].source}: no reading ever changes; record the rig while it turns"
-        )
 
 
 def _check_channels(held: Sequence[Samples]) -> None:
@@ -169,11 +154,11 @@ def _check_channels(held: Sequence[Samples]) -> None:
 
 
 def _scale(samples: Sequence[Samples], fixed: Container[str]) -> str:
-    """The parameter that sets the scale of torque; none where a measured load does."""
+    """The parameter that sets the scale of torque; none where something known in Nm does."""
     recordings = [s.recording for s in samples]
     if torque_driven(recordings) or "km" in fixed:
         return "km"
-    return "" if any(r.loads() for r in recordings) else "Ju"
+    return "" if tells_scale(recordings) else "Ju"
 
 
 def _diagnose(
@@ -188,7 +173,8 @@ def _diagnose(
     _check_channels(held)
     measured = torque_driven([s.recording for s in samples])
     free = free_parameters(rig, options.fixed, _scale(samples, options.fixed))
-    library = offered_effects(rig, free, options.leave_out, amplifier=not measured)
+    left_out = (*options.leave_out, *left_out_of_search(recordings))
+    library = offered_effects(rig, free, left_out, amplifier=not measured)
     found = find(samples, rig, free, library, most=options.most, doubt=options.doubt, report=report)
     law = None
     other = rig.friction != "humped" and "friction_shape" not in options.leave_out

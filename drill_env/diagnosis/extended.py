@@ -11,11 +11,12 @@ from functools import partial
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.diagnosis.applied import acting, effects_of, with_terms
+from drill_env.diagnosis.applied import acting, as_heavy, effects_of, with_terms
 from drill_env.diagnosis.fit import Fit, Setting, prior, start_prior
 from drill_env.diagnosis.terms import Named, Term, at_rest
 from drill_env.effects.along import Motion
 from drill_env.identification.coordinates import solved
+from drill_env.identification.known_loads import with_added_inertia
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.prediction_error import Path, Trace, flat, path_of, trace_of
 from drill_env.identification.samples import Samples
@@ -69,7 +70,8 @@ def whitened(
     columns = [own.reshape(*slopes.shape[:2], -1)]
     by_loads = partial(slopes_of, samples, noise, path, errors=None)
     given = effects_of(fit_rig)
-    every = (*given, *terms)
+    every = as_heavy((*given, *terms), fit_rig, samples.recording)
+    heavy = with_added_inertia(fit_rig, samples.recording)
     for place, term in enumerate(every):
         if at_rest(term):
             filtered = partial(
@@ -78,9 +80,9 @@ def whitened(
             moved = _moved_predictions(samples, every, place, path.trace.innovation, filtered)
             columns.append(moved * path.rows["weight"][:, :, np.newaxis])
             continue
-        loads, errors = term.slopes(fit_rig, motion)
+        loads, errors = term.slopes(heavy, motion)
         columns.append(slopes_of(samples, noise, path, loads, errors if errors.any() else None))
-        columns[0] = columns[0] + _by_the_rig(term, fit_rig, motion, places, jacobian, by_loads)
+        columns[0] = columns[0] + _by_the_rig(term, heavy, motion, places, jacobian, by_loads)
     by_given = columns[1 : 1 + len(given)]
     for place, column in setting.coordinates.of_effects(fit_rig, by_given):
         columns[0][:, :, place] += column

@@ -55,11 +55,13 @@ class Named:
         within: whether it acts at the filter's own state though it decides no rest.
         probe: how far each number moves for a finite difference within the filter, if it is known
             how uncertain they are.
+        times: its own inertia that the disc has in a recording.
     """
 
     effect: Effect
     within: bool = False
     probe: tuple[float, ...] = ()
+    times: float = 1.0
 
     @property
     def id(self) -> str:
@@ -73,7 +75,12 @@ class Named:
 
     def response(self, q: FloatArray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
         """The effect's torques and reading errors."""
-        return response_along(self.effect, q, rig, motion)
+        return response_along(self.effect, self.acts_by(q), rig, motion)
+
+    def acts_by(self, q: FloatArray) -> FloatArray:
+        """The numbers as they act in a recording in which the disc is heavier."""
+        heavier = self.effect.heavier
+        return q if heavier is None or self.times == 1.0 else heavier(q, self.times)
 
     def steps(self, q: FloatArray) -> FloatArray:
         """A thousandth of each number, or of its usual size."""

@@ -94,6 +94,8 @@ class Effect:
             disc; it is then evaluated after the others of the drive.
         last: whether it looks at the torques of all others and is evaluated after them.
         common: whether most machines have it, so that its prior odds as a name are higher.
+        heavier: of its numbers and of how many times the inertia its disc has in a recording, the
+            numbers by which the same body acts there; None where none is a share of that inertia.
         states: how many inner states it has, of first-order differential equations; they are 0 at
             first unless the kernel sets them where `s.first`.
         switches: how many corners or jumps it has, at which the integrator ends its steps.
@@ -135,6 +137,7 @@ class Effect:
     replaces_balance: bool = False
     last: bool = False
     common: bool = False
+    heavier: Callable[[FloatArray, float], FloatArray] | None = None
 
     def __post_init__(self) -> None:
         if not self.id:

@@ -13,7 +13,7 @@ from drill_env.effects._along import follow
 from drill_env.effects._along_interval import over_interval as over_interval
 from drill_env.effects.declared import Declared, bundled, declared
 from drill_env.effects.readings import errors_of
-from drill_env.effects.signal import MOST_STATES, PORTS, SIGNAL
+from drill_env.effects.signal import ENTRY, MOST_STATES, PORTS, SIGNAL, number_places
 from drill_env.friction import kernel_record
 from drill_env.parameters import Rig
 
@@ -42,6 +42,19 @@ class Motion:
     def angles(self) -> FloatArray:
         """theta_u and theta_l, rad, shape (n, 2)."""
         return np.column_stack([self.states[:, 0] + self.states[:, 3], self.states[:, 3]])
+
+
+def joined(*parts: Declared) -> Declared:
+    """Several bundles as one, in their order but for a drive, which comes last.
+
+    The parts must live as long: the entries hold addresses of their tables.
+    """
+    entries = np.zeros(sum(len(part.entries) for part in parts), dtype=ENTRY)
+    for place, entry in enumerate(entry for part in parts for entry in part.entries):
+        entries[place] = entry
+    entries = entries[np.argsort(entries["drives"], kind="stable")]
+    number_places(entries)
+    return Declared(entries, tuple(table for part in parts for table in part.tables))
 
 
 def response_along(

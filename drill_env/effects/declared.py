@@ -26,6 +26,7 @@ from drill_env.effects.signal import (
     PORTS,
     RESPOND_SLOPES,
     SIGNAL,
+    number_places,
 )
 from drill_env.friction import kernel_record
 from drill_env.parameters import Rig
@@ -184,9 +185,7 @@ def _laid_out(rows: Sequence[_Row]) -> Declared:
     entries = np.zeros(len(rows), dtype=ENTRY)
     for i, (_, entry, _) in enumerate(ordered):
         entries[i] = entry
-    for kind in ("state", "switch"):
-        counts = entries[f"{kind}es" if kind == "switch" else "states"]
-        entries[f"first_{kind}"] = np.cumsum(counts) - counts
+    number_places(entries)
     found = Declared(entries, tuple(row[2] for row in ordered), order)
     if found.inner > MOST_INNER or found.switches > MOST_BRANCHES:
         raise InputError(

@@ -95,6 +95,13 @@ ENTRY = np.dtype(
 )
 """One declared effect with its working place."""
 
+
+def number_places(entries: np.ndarray) -> None:
+    """Fill in the first inner state and the first switch of each entry, records of `ENTRY`."""
+    for first, count in (("first_state", "states"), ("first_switch", "switches")):
+        entries[first] = np.cumsum(entries[count]) - entries[count]
+
+
 entry_at = placed(ENTRY)
 """For kernels: `entry_at(address, i)`."""
 

@@ -20,6 +20,7 @@ from drill_env.identification._closed_loop import N_SLOPES, run_loop
 from drill_env.identification.coordinates import Coordinates
 from drill_env.identification.initial_state import state_at
 from drill_env.identification.inverse_dynamics import relative_error
+from drill_env.identification.known_loads import with_added_inertia
 from drill_env.identification.one_inertia import identify_one_inertia
 from drill_env.identification.position_law import PositionLaw
 from drill_env.identification.prediction_error import Buffers
@@ -116,10 +117,10 @@ def simulate_closed_loop(
             f"{recording.source}: the time has gaps, and the loop ran on in them; cut the "
             "recording at the gaps"
         )
-    if recording.load_u is not None:
+    if recording.load_u is not None or recording.effects or recording.coasts():
         raise InputError(
-            f"{recording.source}: a measured load does not act on the simulated closed loop; "
-            "leave --reference out"
+            f"{recording.source}: a measured load, an effect of the recording or a bridge that is "
+            "off does not act on the simulated closed loop; leave --reference out"
         )
     recording.channel("theta_u")
     rows = len(recording)
@@ -135,8 +136,9 @@ def simulate_closed_loop(
         np.zeros(2), np.zeros((1, 1)), np.zeros(0), np.zeros((0, 4)),
         np.zeros((0, 2), dtype=np.int64), np.zeros(256, dtype=EVENT), np.zeros((0, 4, 1)),
     )  # fmt: skip
+    heavy = with_added_inertia(rig, recording)
     status = run_loop(
-        kernel_record(rig)[0], run[0], work[0], tableau("dopri5", slopes)[0], law.record()[0],
+        kernel_record(heavy)[0], run[0], work[0], tableau("dopri5", slopes)[0], law.record()[0],
         recording.t - recording.t[0], recording.interval, law.wanted(recording),
         law.added(recording), u, y, found, np.zeros((N_SLOPES, 2)), buffers,
     )  # fmt: skip

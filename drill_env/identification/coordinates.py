@@ -130,13 +130,16 @@ def solved(symmetric: FloatArray, right: FloatArray) -> FloatArray:
         return np.full(right.shape, np.nan)
 
 
-def free_names(free: Sequence[str] | None, rig: Rig, fixed: Mapping[str, float]) -> tuple[str, ...]:
+def free_names(
+    free: Sequence[str] | None, rig: Rig, fixed: Mapping[str, float], *, scaled: bool = False
+) -> tuple[str, ...]:
     """Names of the parameters to estimate, in the order of `SYMBOLS`.
 
     Args:
         free: their names; None for all that the rig's law has.
         rig: its law and number of inertias.
         fixed: parameters that are given.
+        scaled: whether the recordings tell the scale of torque.
 
     Raises:
         InputError: an unknown name, nothing free, or no given parameter for the scale of torque.
@@ -153,7 +156,7 @@ def free_names(free: Sequence[str] | None, rig: Rig, fixed: Mapping[str, float])
     if not names:
         raise InputError("no parameter is free: name fewer fixed ones")
     torques = known - {"beta1", "beta2"}
-    if torques <= set(names):
+    if torques <= set(names) and not scaled:
         raise InputError(
             "volts and angles do not show the scale of torque: give one parameter, such as "
             "Ju or km (--fix Ju=VALUE); the ratios to it are what the recordings tell"

@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
+from drill_env.identification.coasting import check_coasting
 from drill_env.identification.coordinates import Coordinates, free_names, inverse
 from drill_env.identification.descent import (
     Point,
@@ -22,6 +23,7 @@ from drill_env.identification.descent import (
     reheated,
 )
 from drill_env.identification.drive import with_known_scale
+from drill_env.identification.known_loads import tells_scale
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_fit import told
 from drill_env.identification.noise_of_recording import first_speeds, noise_shown
@@ -184,7 +186,8 @@ def identify(
         rig: where to start, and the friction law and number of inertias; 30 % off will do.
         free: names of the parameters to estimate, by default all that the law has.
         fixed: parameters given, by name; one torque (such as Ju or km) must be, unless the drive
-            is a measured torque: then km is 1 and sets the scale.
+            is a measured torque (then km is 1 and sets the scale) or a load, an added inertia or a
+            known effect tells it.
         prior: what is known of parameters beforehand, such as stage 1's result.
         bounds: lowest and highest value of parameters.
         options: how to fit.
@@ -196,8 +199,9 @@ def identify(
     options = options or FitOptions()
     if not recordings:
         raise InputError("identify needs at least one recording")
+    check_coasting(recordings)
     fixed = with_known_scale(recordings, fixed or {}, free)
-    names = free_names(free, rig, fixed)
+    names = free_names(free, rig, fixed, scaled=tells_scale(recordings))
     base = rig.replace(**fixed)
     window = options.window if options.method == "multiple_shooting" else math.inf
     relative = base.inertias == 2 and made_of_twist(recordings)

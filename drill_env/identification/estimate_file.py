@@ -97,7 +97,7 @@ def _knowledge(document: dict[str, Any]) -> Knowledge:
     table = dict(document["rig"])
     rig = Rig(**{**table, "effects": tuple(table.get("effects", ()))})
     fixed = {n: getattr(rig, n) for n in SYMBOLS if n not in document["free"]}
-    free = free_names(document["free"], rig, fixed)
+    free = free_names(document["free"], rig, fixed, scaled=True)
     information = np.array(document["information"], dtype=float)
     if information.shape != (len(free), len(free)) or not np.isfinite(information).all():
         raise InputError(f"information is no {len(free)} x {len(free)} matrix of numbers")

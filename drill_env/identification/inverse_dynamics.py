@@ -8,7 +8,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.identification.known_loads import force_on_axis
+from drill_env.identification.known_loads import force_on_axis, known_force
 from drill_env.parameters import Rig
 from drill_env.recordings import Recording
 
@@ -49,7 +49,7 @@ class InverseOptions:
 def force_balance(
     recording: Recording, gain: float, asymmetric: bool, options: InverseOptions
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Regressors and force of M a + friction = gain u + load_u, for the recording's theta_u.
+    """Regressors and force of M a + friction = gain u + what is known, for the recording's theta_u.
 
     Args:
         recording: with u and theta_u and no gaps.
@@ -80,6 +80,8 @@ def force_balance(
     smooth = signal.filtfilt(b, a, position, padlen=3 * options.order)
     velocity = np.gradient(smooth, recording.interval)
     acceleration = np.gradient(velocity, recording.interval)
+    if recording.added_inertia_u or recording.effects:
+        force = force + known_force(recording, gain, (smooth, velocity, acceleration))
     kept = slice(lead, len(recording) - options.trail)
     columns = _regressors(velocity, acceleration, asymmetric)
     regressors = np.stack([_decimate(c[kept], decimation) for c in columns], axis=1)

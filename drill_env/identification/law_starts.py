@@ -13,6 +13,7 @@ from drill_env.identification.descent import Problem, descend, point_at
 from drill_env.identification.drive import with_known_scale
 from drill_env.identification.estimate import Estimate, FitOptions, identify
 from drill_env.identification.knowledge import typical_noise
+from drill_env.identification.known_loads import tells_scale
 from drill_env.identification.noise_of_recording import estimated_noise
 from drill_env.identification.prediction_error import score
 from drill_env.identification.samples import prepare
@@ -114,9 +115,10 @@ def fit_from(
     fits = [estimated_noise(sample, base) for sample in samples]
     models = [noise for noise, _ in fits]
     each = options.noise == "each"
+    free = free_names(None, base, fixed, scaled=tells_scale(recordings))
     problem = Problem(
         samples=samples, groups=tuple(range(len(samples))) if each else (0,) * len(samples),
-        coordinates=Coordinates(base, free_names(None, base, fixed)), doubt=options.doubt,
+        coordinates=Coordinates(base, free), doubt=options.doubt,
         robust=options.robust,
     )  # fmt: skip
     noise = models if each else [typical_noise(models)]

@@ -15,6 +15,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
+from drill_env.identification.coasting import check_coasting
 from drill_env.identification.inverse_dynamics import (
     ASYMMETRIC,
     SYMMETRIC,
@@ -107,6 +108,7 @@ def identify_one_inertia(
             cannot be told apart.
     """
     _check_gain(fit, gain)
+    check_coasting([*fit, *holdout])
     assert gain is not None
     options = options or InverseOptions()
     blocks, held = (

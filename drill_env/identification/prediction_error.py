@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drill_env._types import BoolArray, FloatArray, IntArray
+from drill_env.effects.along import joined
 from drill_env.effects.declared import Declared
 from drill_env.effects.signal import MOST_STATES, PORTS, SIGNAL
 from drill_env.friction import kernel_record
@@ -22,6 +23,7 @@ from drill_env.identification._filter_state import (
     PATH_WITH_VELOCITIES,
 )
 from drill_env.identification.coordinates import solved
+from drill_env.identification.known_loads import known_physics, with_added_inertia
 from drill_env.identification.noise import SENSORS, NoiseModel
 from drill_env.identification.samples import Samples
 from drill_env.integrator.advance import DONE
@@ -154,6 +156,7 @@ def _filter(
     rows: int = 0,
     path_rows: int = 0,
 ) -> _Run:
+    rig = with_added_inertia(rig, samples.recording)
     f = np.zeros(1, dtype=FILTER)
     f["variance"] = (noise.torque_u**2, noise.torque_l**2)
     f["rate"] = (1.0 / noise.tau_u, 1.0 / noise.tau_l)
@@ -172,7 +175,8 @@ def _filter(
         np.zeros(2), np.zeros((1, 1)), np.zeros(0), np.zeros((0, 4)),
         np.zeros((0, 2), dtype=np.int64), np.zeros(256, dtype=EVENT), np.zeros((0, 4, 1)),
     )  # fmt: skip
-    acting = _acting(samples.acting)
+    known = known_physics(rig, samples.recording)
+    acting = _acting(joined(known, samples.acting))
     windows, readings = len(samples.restarts), samples.angles.shape[1]
     left = _Run(
         f, np.zeros((windows, N_SLOPES)), np.zeros((windows, N_SLOPES, N_SLOPES)),

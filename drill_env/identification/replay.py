@@ -12,10 +12,11 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
 from drill_env.friction import lower_curve
+from drill_env.identification.coasting import untold_coasting
 from drill_env.identification.drive import driven_rig
 from drill_env.identification.initial_state import state_at
 from drill_env.identification.inverse_dynamics import InverseOptions, rig_force_error
-from drill_env.identification.known_loads import loaded
+from drill_env.identification.known_loads import loaded, with_added_inertia
 from drill_env.integrator import Voltage, sampled_voltage, simulate
 from drill_env.parameters import Rig
 from drill_env.recordings import Channel, Recording, RecordingWarning
@@ -216,6 +217,16 @@ def channel_errors(
 
 
 def _notes(recording: Recording, rig: Rig) -> list[RecordingWarning]:
+    if untold_coasting(recording, rig):
+        text = (
+            f"{recording.source}: the bridge is off in some rows, and the rig brakes there as in "
+            "the others: give it, or the recording, the effect coasting with its back_emf"
+        )
+        return [RecordingWarning("coasting", text), *_hidden(recording, rig)]
+    return _hidden(recording, rig)
+
+
+def _hidden(recording: Recording, rig: Rig) -> list[RecordingWarning]:
     if rig.inertias == 1:
         return []
     source, angles = recording.source, recording.angles()
@@ -255,5 +266,5 @@ def _explained_twist(recording: Recording, rig: Rig) -> float:
     stride = min(max(1, round(0.1 * recording.rate)), len(t) - 1)
     speeds = np.abs((theta[stride:] - theta[:-stride]) / (t[stride:] - t[:-stride]))
     friction = float(lower_curve(rig, np.linspace(0.0, speeds.max(), 200)).max())
-    change = 2.0 * rig.Jl * float(speeds.max()) / recording.duration
+    change = 2.0 * with_added_inertia(rig, recording).Jl * float(speeds.max()) / recording.duration
     return (friction + change) / rig.ktheta

@@ -12,7 +12,7 @@ from drill_env._types import FloatArray, IntArray
 from drill_env.effects.declared import Declared, bundled
 from drill_env.identification._filter_state import N_START
 from drill_env.identification.initial_state import state_at
-from drill_env.identification.known_loads import mean_loads
+from drill_env.identification.known_loads import known_effects, mean_loads
 from drill_env.identification.readings import (
     READINGS,
     START_ANGLE,
@@ -115,10 +115,11 @@ def prepare(
             recording's noise says so.
 
     Raises:
-        InputError: a channel is missing or an argument is out of range.
+        InputError: a channel is missing, or an argument or a known effect is out of range.
     """
     if not window > 0:
         raise InputError(f"window is {window}: give seconds greater than 0")
+    known_effects(rig, recording)
     t = recording.t - recording.t[0]
     u = recording.channel("u")
     if relative is None:

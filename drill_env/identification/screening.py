@@ -28,6 +28,7 @@ from drill_env.identification.equation_error import (
     smoothed,
     with_integrals,
 )
+from drill_env.identification.known_loads import with_added_inertia
 from drill_env.identification.row_checks import check_rows
 from drill_env.identification.sizes import GIVEN, INCOMPLETE, compare_encoders, compare_sizes
 from drill_env.parameters import Rig
@@ -106,6 +107,7 @@ def findings(
         most: times by which sizes may be off those of the rig, if it is known.
     """
     measured = recording
+    rig = None if rig is None else with_added_inertia(rig, recording)
     recording = with_integrals(recording)
     alone = alone or (rig is not None and rig.inertias == 1)
     # A dead encoder has been remarked on reading.
@@ -116,7 +118,7 @@ def findings(
     )
     if not recording.angles():
         return ()
-    if recording.u is None or recording.loads():
+    if recording.u is None or recording.loads() or recording.effects or recording.coasts():
         # What the discs do is judged by the voltage, as if that alone moved them.
         return tuple(check_rows(recording))
     # An integral jumps and stands still by the noise of the velocity: no encoder to be judged.

@@ -208,7 +208,7 @@ def _usual(p: EffectParameter, s: Scales) -> float:
     sizes = {
         "Nm": torque, "Nm s/rad": torque / s.speed, "Nm s^2/rad^2": torque / s.speed**2,
         "Nm/rad": torque / s.way, "Nm/rad^3": torque / s.way**3, "1/V": _SMALL / s.voltage,
-        "rad": 0.03, "1/min": 0.2,
+        "rad": 0.03, "V s/rad": 0.1 * s.voltage / s.speed, "1/min": 0.2,
     }  # fmt: skip
     return min(sizes.get(p.unit, max(p.grid[0], _SMALL)), p.high)
 

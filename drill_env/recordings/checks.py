@@ -9,7 +9,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import BoolArray, FloatArray
-from drill_env.recordings.columns import Channel, Column
+from drill_env.recordings.columns import Column
 from drill_env.recordings.limits import (
     LARGEST,
     LONGEST_DURATION,
@@ -17,6 +17,7 @@ from drill_env.recordings.limits import (
     SHORTEST_INTERVAL,
 )
 from drill_env.recordings.recording import RecordingWarning, is_gap
+from drill_env.recordings.units import Channel
 
 SHORTEST = 10
 """Rows below which nothing can be estimated."""
@@ -111,6 +112,21 @@ def check_size(values: FloatArray, raw: FloatArray, place: Place) -> None:
             f"{place} holds {raw[bad[0]]:.3g} in row {place.row(bad[0])}, beyond {most:g} {unit} "
             f"({len(bad)} such rows); cut those rows out or mend the unit: {place.mapped('UNIT')}"
         )
+
+
+def the_number(values: FloatArray, place: Place) -> float:
+    """What a column holds in every row; NaN passes.
+
+    Raises:
+        InputError: it holds several numbers, or none.
+    """
+    found = np.unique(values[np.isfinite(values)])
+    if len(found) != 1:
+        raise InputError(
+            f"{place} is not one number but {len(found)}; give the number itself: "
+            f"--map {place.channel}=0.01"
+        )
+    return float(found[0])
 
 
 def check_length(t: FloatArray, source: str) -> None:

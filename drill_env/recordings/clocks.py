@@ -10,8 +10,8 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.recordings.checks import SHORTEST, check_length
-from drill_env.recordings.columns import LOADS, Channel
 from drill_env.recordings.recording import Recording, RecordingWarning, is_gap
+from drill_env.recordings.units import LOADS, Channel
 
 # Of the usual interval: the jitter of a single clock is remarked from there on.
 _NEAR = 0.01
@@ -26,9 +26,10 @@ def on_rows(
     """A recording with more channels, or channels anew, from other clocks.
 
     Its rows stay, but for those in which the drive or a load is then not known. The drive gets its
-    mean over each row, since it is held on its own clock; a load is straight between its samples. A
-    reading gets the sample that stands at the row, within 1 % of the usual interval, and is else
-    missing, or interpolated if that is asked for.
+    mean over each row, since it is held on its own clock, and where the bridge is switched within a
+    row, that is not known; a load is straight between its samples. A reading gets the sample that
+    stands at the row, within 1 % of the usual interval, and is else missing, or interpolated if
+    that is asked for.
 
     Args:
         recording: gives the rows.
@@ -44,12 +45,16 @@ def on_rows(
     for name, (clock, column) in others.items():
         if name == "u":
             values[name] = held(t, clock, column)
+        elif name == "bridge":
+            share = held(t, clock, column)
+            whole = np.round(share)
+            values[name] = np.where(np.abs(share - whole) <= _NEAR, whole, np.nan)
         elif name in LOADS:
             values[name] = _straight(t, clock, column)
         else:
             values[name] = sampled(t, clock, column, interpolate=interpolate)
             notes += _remarks(recording.source, name, values[name], t, (clock, column), interpolate)
-    must = [values[name] for name in ("u", *LOADS) if name in values]
+    must = [values[name] for name in ("u", "bridge", *LOADS) if name in values]
     known = np.isfinite(must).all(axis=0) if must else np.full(len(t), True)
     check_length(t[known], recording.source)
     if not known.all():

@@ -7,48 +7,19 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias, cast, get_args
+from typing import TypeAlias, cast
 
 from drill_env._errors import InputError, printable
 from drill_env.recordings.limits import LARGEST
-
-Channel: TypeAlias = Literal[
-    "t", "u", "torque", "theta_u", "theta_l", "omega_u", "omega_l", "load_u", "load_l"
-]
-CHANNELS: tuple[Channel, ...] = get_args(Channel)
-ANGLES: tuple[Channel, ...] = ("theta_u", "theta_l")
-VELOCITIES: tuple[Channel, ...] = ("omega_u", "omega_l")
-LOADS: tuple[Channel, ...] = ("load_u", "load_l")
-
-_TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
-_VOLTAGE = {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "kV": 1e3}
-# A linear axis is driven by a force.
-_TORQUE = {
-    "Nm": 1.0, "mNm": 1e-3, "uNm": 1e-6, "Ncm": 1e-2, "kNm": 1e3, "N": 1.0, "mN": 1e-3, "kN": 1e3,
-}  # fmt: skip
-# A linear axis is a one-inertia rig too, so its position may be a length.
-_ANGLE = {
-    "rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180.0, "turn": 2.0 * math.pi, "rev": 2.0 * math.pi,
-    "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6,
-}  # fmt: skip
-_VELOCITY = {f"{unit}/s": scale for unit, scale in _ANGLE.items()} | {"rpm": math.pi / 30.0}
-UNITS: dict[Channel, dict[str, float]] = {
-    "t": _TIME,
-    "u": _VOLTAGE,
-    "torque": _TORQUE,
-    "theta_u": _ANGLE,
-    "theta_l": _ANGLE,
-    "omega_u": _VELOCITY,
-    "omega_l": _VELOCITY,
-    "load_u": _TORQUE,
-    "load_l": _TORQUE,
-}
-DRIVES: tuple[Channel, ...] = ("u", "torque")
-COUNTED: dict[Channel, str] = {
-    "theta_u": "counts", "theta_l": "counts", "omega_u": "counts/s", "omega_l": "counts/s",
-}  # fmt: skip
-"""Unit of a counted channel in a manifest, which knows the counts per revolution."""
-
+from drill_env.recordings.units import (
+    ANGLES,
+    CHANNELS,
+    COUNTED,
+    INERTIAS,
+    NUMBERED,
+    UNITS,
+    Channel,
+)
 
 # What a file writes beside them under these names is often computed from them.
 _STANDS_FOR: dict[Channel, Channel] = {
@@ -83,8 +54,8 @@ class Column:
 
 
 ColumnMap: TypeAlias = Mapping[Channel, str]
-"""Channel to "COLUMN[:UNIT][@DELAY]", as `parse_map` returns it; a drive and a load also to a
-number."""
+"""Channel to "COLUMN[:UNIT][@DELAY]", as `parse_map` returns it; a drive, a load and an added
+inertia also to a number."""
 
 
 def parse_map(entries: Iterable[str]) -> dict[Channel, str]:
@@ -93,9 +64,10 @@ def parse_map(entries: Iterable[str]) -> dict[Channel, str]:
     Units: t in s, ms, us, ns, min; u in V, mV, uV, kV; torques in Nm, mNm, uNm, Ncm, kNm or, of
     a linear axis, N, mN, kN; angles in rad, mrad, deg, turn, rev, m, cm, mm, um or ``counts/N``
     (N counts per revolution); velocities in any of these a second (rad/s, deg/s, ...), rpm or
-    ``counts/N`` (counts a second); or a bare number to multiply by. For drives and loads a number
-    may stand in place of the column: ``u=0`` is a free decay. With a delay in s, of any channel but
-    t, what stands at a time belongs so much earlier (later if it is negative).
+    ``counts/N`` (counts a second); added inertias in kgm2, gm2, kgcm2, gcm2 or, of a linear axis,
+    kg, g; or a bare number to multiply by. For drives, loads and added inertias a number may stand
+    in place of the column: ``u=0`` is a free decay. With a delay in s, of any channel but t, what
+    stands at a time belongs so much earlier (later if it is negative).
 
     Raises:
         InputError: an entry has no "=", an unknown channel or comes twice.
@@ -202,11 +174,11 @@ def _parse(
     name, colon, unit = (whole, "", "") if whole in found else whole.rpartition(":")
     if not colon or unit.endswith((")", "]")):
         name, unit = whole, ""
-    number = number_of(name) if channel in (*DRIVES, *LOADS) and name not in found else None
+    number = number_of(name) if channel in NUMBERED and name not in found else None
     if name not in found and number is None:
         text = missing_text(source, (name,), found, others)
         raise InputError(text.replace(f"{name}=", f"{channel}=", 1))
-    if delay and (channel == "t" or number is not None):
+    if delay and (channel in ("t", *INERTIAS) or number is not None):
         raise InputError(f"--map {channel}={text}: no delay here; give it to the other channels")
     column = Column(name, unit or None, delay=delay)
     turn = counts_per_turn(unit)

@@ -11,9 +11,6 @@ from drill_env._errors import InputError, printable
 from drill_env._types import FloatArray
 from drill_env.recordings.clocks import on_rows
 from drill_env.recordings.columns import (
-    DRIVES,
-    LOADS,
-    Channel,
     listed,
     missing_text,
     number_of,
@@ -23,6 +20,7 @@ from drill_env.recordings.manifest_entries import MANIFEST, RecordingSettings, c
 from drill_env.recordings.read import recording_from
 from drill_env.recordings.recording import Recording
 from drill_env.recordings.tables import Table, Values, read_table
+from drill_env.recordings.units import DRIVES, GIVEN, NUMBERED, Channel
 
 
 def read_files(source: Path, entry: RecordingSettings) -> Recording:
@@ -40,7 +38,7 @@ def read_files(source: Path, entry: RecordingSettings) -> Recording:
     parts: dict[Channel, Recording] = {
         name: _part(name, file, entry) for name, file in entry.files.items() if name != "t"
     }
-    readings: list[Channel] = [name for name in parts if name not in (*DRIVES, *LOADS)]
+    readings: list[Channel] = [name for name in parts if name not in GIVEN]
     main: Channel = max(readings, key=lambda name: len(parts[name]))
     drive = parts[main].drive
     others: dict[Channel, tuple[FloatArray, FloatArray]] = {}
@@ -91,7 +89,7 @@ def _part(channel: Channel, file: Path, entry: RecordingSettings) -> Recording:
         clock = table.columns[time]
     told = column_map(entry, {**names, "t": time, channel: name})
     kept: dict[Channel, str] = {"t": told["t"], channel: told[channel]}
-    for given in (*DRIVES, *LOADS):
+    for given in NUMBERED:
         if given not in entry.files and number_of(names.get(given, "")) is not None:
             kept[given] = told[given]
     return recording_from(

@@ -65,6 +65,9 @@ LARGEST: dict[str, tuple[float, str]] = {
     "omega_l": (1e5, "rad/s"),
     "load_u": (1e7, "Nm"),
     "load_l": (1e7, "Nm"),
+    "bridge": (1.0, "(on)"),
+    "added_inertia_u": (1e7, "kg m^2"),
+    "added_inertia_l": (1e7, "kg m^2"),
 }
 """Largest size of each channel in SI units, and the unit.
 
@@ -72,5 +75,6 @@ A clock may count from 1970, 2e9 s, in milliseconds that were not stated; the ne
 ten leave that to the check of the clock, which names the remedy. Drives end at 35 kV
 (IEC 60038, medium voltage), the largest mill drives at some 1e7 Nm. 1e9 rad is the last power of
 ten at which a double still tells a thousandth of a count of 2^20 a turn. 1e5 rad/s are a million
-revolutions a minute, twice the fastest dental and optical spindles.
+revolutions a minute, twice the fastest dental and optical spindles. The largest torque takes a
+second to change the speed of the largest added inertia by 1 rad/s: what is more hardly moves.
 """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -93,6 +93,8 @@ def _read(file: Path, entry: RecordingSettings) -> Recording:
         recording = read_recording(
             file, columns, need=("u",), missing=entry.missing, interpolate=entry.interpolate
         )
+    if entry.effects:
+        recording = replace(recording, effects=entry.effects)
     if entry.role == "stage1" and recording.theta_u is None and recording.omega_u is None:
         raise InputError(missing_text(str(file), ("theta_u",), recording.columns))
     if not recording.readings():

@@ -6,23 +6,15 @@ import datetime as dt
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal, TypeAlias, cast, get_args
+from typing import Any, Literal, TypeAlias, get_args
 
 from drill_env._checks import real
 from drill_env._documents import read_toml
 from drill_env._errors import InputError
-from drill_env.recordings.columns import (
-    CHANNELS,
-    COUNTED,
-    DRIVES,
-    LOADS,
-    UNITS,
-    Channel,
-    counts_per_turn,
-    number_of,
-)
 from drill_env.recordings.dates import date_of, date_told
+from drill_env.recordings.manifest_checks import check_choice, check_counts, check_delay, check_keys
 from drill_env.recordings.read import Missing
+from drill_env.recordings.units import CHANNELS, COUNTED, DRIVES, GIVEN, INERTIAS, NUMBERED, Channel
 
 MANIFEST = "recordings.toml"
 Role: TypeAlias = Literal["stage1", "fit", "holdout"]
@@ -37,6 +29,8 @@ _OPTIONS = (
     "note",
     "delay",
     "interpolate",
+    "effects",
+    *INERTIAS,
 )
 
 
@@ -56,6 +50,7 @@ class RecordingSettings:
         files: channel to its file, where each has one of its own.
         delay: channel to how long before its row's time a value belongs, s.
         interpolate: see `drill_env.recordings.read_recording`.
+        effects: known physics of this recording alone.
     """
 
     role: Role = "fit"
@@ -69,6 +64,7 @@ class RecordingSettings:
     files: Mapping[Channel, Path] = field(default_factory=dict)
     delay: Mapping[str, float] = field(default_factory=dict)
     interpolate: bool = False
+    effects: tuple[Mapping[str, Any], ...] = ()
 
 
 def column_map(entry: RecordingSettings, names: Mapping[str, str]) -> dict[Channel, str]:
@@ -102,7 +98,7 @@ def from_manifest(manifest: Path) -> dict[Path, RecordingSettings]:
         InputError: a key, role, unit or file of it is bad.
     """
     document = read_toml(manifest, str(manifest), "mend that line")
-    _check_keys(f"{manifest}", document, ("defaults", "recording"))
+    check_keys(f"{manifest}", document, ("defaults", "recording"))
     defaults, entries = document.get("defaults", {}), document.get("recording", [])
     if not isinstance(defaults, dict):
         raise InputError(f"{manifest}: defaults is no table; write [defaults]")
@@ -112,14 +108,14 @@ def from_manifest(manifest: Path) -> dict[Path, RecordingSettings]:
         or not all(isinstance(e, dict) for e in entries)
     ):
         raise InputError(f"{manifest}: no recordings; write one table [[recording]] for each")
-    _check_keys(f"{manifest}: [defaults]", defaults, ("role", *_OPTIONS))
+    check_keys(f"{manifest}: [defaults]", defaults, ("role", *_OPTIONS))
     found: dict[Path, RecordingSettings] = {}
     for number, entry in enumerate(entries, 1):
         where = f"{manifest}: [[recording]] number {number}"
-        _check_keys(where, entry, ("file", "files", "role", *_OPTIONS))
+        check_keys(where, entry, ("file", "files", "role", *_OPTIONS))
         several = _several(where, manifest.parent, entry)
         # By the name of the first reading's file: those of time, drive and load may be shared.
-        first = [file for name, file in several.items() if name not in ("t", *DRIVES, *LOADS)][:1]
+        first = [file for name, file in several.items() if name not in ("t", *GIVEN)][:1]
         for file in first or _files(where, manifest.parent, entry.get("file")):
             if file in found:
                 raise InputError(f"{where}: {file.name} is named before; keep one of the two")
@@ -137,8 +133,8 @@ def _several(where: str, folder: Path, entry: Mapping[str, Any]) -> dict[Channel
         raise InputError(
             f'{where}: give either file = "NAME" or files = {{ u = "NAME", theta_u = "NAME" }}'
         )
-    _check_keys(f"{where}: files", files, CHANNELS)
-    if not set(files) - {"t", *DRIVES, *LOADS} or set(DRIVES) <= set(files):
+    check_keys(f"{where}: files", files, tuple(c for c in CHANNELS if c not in INERTIAS))
+    if not set(files) - {"t", *GIVEN} or set(DRIVES) <= set(files):
         raise InputError(f"{where}: files needs one of a reading, theta_u or such, and one drive")
     found: dict[Channel, Path] = {}
     for channel in CHANNELS:
@@ -148,12 +144,6 @@ def _several(where: str, folder: Path, entry: Mapping[str, Any]) -> dict[Channel
                 raise InputError(f"{where}: files.{channel} matches {len(matching)}; name one")
             found[channel] = matching[0]
     return found
-
-
-def _check_keys(where: str, table: Mapping[str, Any], known: tuple[str, ...]) -> None:
-    unknown = sorted(set(table) - set(known))
-    if unknown:
-        raise InputError(f"{where}: unknown key {unknown[0]}; known: {', '.join(known)}")
 
 
 def _files(where: str, folder: Path, pattern: Any) -> list[Path]:
@@ -192,55 +182,23 @@ def _settings(
         if not all(isinstance(table, dict) for table in tables):
             raise InputError(f'{where}: {key} is no table; write {key} = {{ u = "…" }}')
         merged[key] = {**tables[0], **tables[1]}
-        _check_keys(f"{where}: {key}", merged[key], CHANNELS)
+        check_keys(f"{where}: {key}", merged[key], CHANNELS)
         for channel, text in merged[key].items():
-            if key == "columns" and channel in (*DRIVES, *LOADS) and type(text) in (int, float):
+            if key == "columns" and channel in NUMBERED and type(text) in (int, float):
                 merged[key][channel] = repr(text)
             elif not isinstance(text, str) or not text:
                 raise InputError(f"{where}: {key}.{channel} is {text!r}; write a name in quotes")
-    _check_choice(where, "role", merged.setdefault("role", "fit"), ROLES)
-    _check_choice(where, "missing", merged.setdefault("missing", "refuse"), get_args(Missing))
+    for name in INERTIAS:
+        if name in merged:
+            merged["columns"][name] = repr(real(merged.pop(name), f"{where}: {name}"))
+    check_choice(where, "role", merged.setdefault("role", "fit"), ROLES)
+    check_choice(where, "missing", merged.setdefault("missing", "refuse"), get_args(Missing))
     flags = (("closed_loop", bool, "true or false"), ("interpolate", bool, "true or false"))
     for key, kind, wanted in (*flags, ("note", str, "a text")):
         if key in merged and not isinstance(merged[key], kind):
             raise InputError(f"{where}: {key} is {merged[key]!r}; give {wanted}")
     if "date" in merged:
         merged["date"] = date_told(where, merged["date"])
-    _check_counts(where, merged)
-    _check_delay(where, merged.setdefault("delay", {}))
+    check_counts(where, merged)
+    check_delay(where, merged.setdefault("delay", {}))
     return RecordingSettings(**merged)
-
-
-def _check_delay(where: str, delay: Any) -> None:
-    if not isinstance(delay, dict):
-        raise InputError(f"{where}: delay is no table; write delay = {{ theta_l = 0.004 }}")
-    _check_keys(f"{where}: delay", delay, CHANNELS[1:])
-    for channel, seconds in delay.items():
-        real(seconds, f"{where}: delay.{channel}")
-
-
-def _check_choice(where: str, key: str, value: Any, known: tuple[str, ...]) -> None:
-    if value not in known:
-        raise InputError(f"{where}: unknown {key} {value!r}; known: {', '.join(known)}")
-
-
-def _check_counts(where: str, merged: Mapping[str, Any]) -> None:
-    counts = merged.get("counts_per_rev")
-    good = isinstance(counts, (int, float)) and not isinstance(counts, bool) and 1 <= counts < 1e12
-    if counts is not None and not good:
-        raise InputError(f"{where}: counts_per_rev is {counts!r}; give a number of 1 or more")
-    for channel, unit in merged["units"].items():
-        counted = COUNTED.get(cast(Channel, channel))
-        if unit == counted:
-            if counts is None:
-                raise InputError(
-                    f'{where}: units.{channel} is "{unit}" but counts_per_rev is not given; add it'
-                )
-        elif unit not in UNITS[cast(Channel, channel)] and not number_of(unit):
-            if counted and counts_per_turn(unit):
-                continue
-            names = [*UNITS[cast(Channel, channel)], *([counted, "counts/N"] if counted else [])]
-            raise InputError(
-                f"{where}: unknown unit {unit!r} of {channel}; known: {', '.join(names)}, or a "
-                "number to multiply by"
-            )

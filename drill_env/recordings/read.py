@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -20,12 +20,10 @@ from drill_env.recordings.checks import (
     check_length,
     check_size,
     check_time,
+    the_number,
 )
 from drill_env.recordings.clocks import on_rows
 from drill_env.recordings.columns import (
-    ANGLES,
-    VELOCITIES,
-    Channel,
     Column,
     ColumnMap,
     listed,
@@ -36,6 +34,7 @@ from drill_env.recordings.columns import (
 from drill_env.recordings.drives import check_torque, check_voltage
 from drill_env.recordings.recording import Recording, RecordingWarning
 from drill_env.recordings.tables import Table, as_numbers, read_table
+from drill_env.recordings.units import ANGLES, INERTIAS, VELOCITIES, Channel
 from drill_env.recordings.velocities import check_velocity
 
 Missing: TypeAlias = Literal["refuse", "keep"]
@@ -92,6 +91,9 @@ def recording_from(
     check_length(table.columns[columns["t"].name], source)
     values, places = _channels(source, table, columns, missing)
     extra, ignored = _extra(source, table, columns)
+    added = {
+        name: the_number(values.pop(name), places[name]) for name in INERTIAS if name in values
+    }
     notes = _without_missing(source, values, extra) if missing == "keep" else []
     checked, quanta = _checked(values, places)
     notes += checked + ignored + _two_drives(source, found, columns, column_map or {})
@@ -99,8 +101,9 @@ def recording_from(
     if torque is not None:
         values["u"] = torque
     counted = {name: 2.0 * math.pi / c.turn for name, c in columns.items() if c.turn}
+    told: dict[str, Any] = {**values, **added}
     recording = Recording(
-        **values, drive="voltage" if torque is None else "torque", extra=extra,
+        **told, drive="voltage" if torque is None else "torque", extra=extra,
         constants=table.constants, quanta=quanta, stated=counted, source=source,
         columns=(*found, *table.constants), notes=tuple(notes),
     )  # fmt: skip

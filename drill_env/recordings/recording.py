@@ -5,18 +5,24 @@ from __future__ import annotations
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
+from drill_env._checks import real
 from drill_env._errors import InputError, printable
 from drill_env._types import BoolArray, FloatArray, IntArray
-from drill_env.recordings.columns import ANGLES, LOADS, VELOCITIES, Channel, missing_text
+from drill_env.recordings.columns import missing_text
+from drill_env.recordings.limits import LARGEST
+from drill_env.recordings.units import ANGLES, INERTIAS, LOADS, VELOCITIES, Channel
 
 Drive: TypeAlias = Literal["voltage", "torque"]
 """What drives the rig: the motor's voltage, or its torque (of a linear axis, force) itself."""
 
-_CHANNELS: tuple[Channel, ...] = ("t", "u", *ANGLES, *VELOCITIES, *LOADS)
+BRAKES = 1e-12
+"""Voltage (V) of a bridge that brakes at 0 V: below any converter's step, and not 0."""
+
+_CHANNELS: tuple[Channel, ...] = ("t", "u", *ANGLES, *VELOCITIES, *LOADS, "bridge")
 _GAP = 1.8
 
 
@@ -26,6 +32,33 @@ def is_gap(t: FloatArray) -> BoolArray:
     return steps > _GAP * float(np.median(steps))
 
 
+def _bridged(recording: Recording, bridge: FloatArray) -> FloatArray | None:
+    """The voltage, 0 where the bridge is off and nowhere else."""
+    u, source = recording.u, recording.source
+    if recording.drive != "voltage":
+        raise InputError(
+            f"{source}: bridge goes with a voltage u; a measured torque is 0 where the motor "
+            "coasts, leave bridge out"
+        )
+    other = bridge[(bridge != 0.0) & (bridge != 1.0)]
+    if len(other):
+        raise InputError(
+            f"{source}: bridge is {other[0]:g} in {len(other)} rows; give 1 where it drives or "
+            "brakes and 0 where it is off"
+        )
+    driven = None if u is None else np.where(u == 0.0, BRAKES, u)
+    return None if driven is None else np.where(bridge == 0.0, 0.0, driven)
+
+
+def _tables(source: str, effects: Any) -> tuple[Mapping[str, Any], ...]:
+    if isinstance(effects, (tuple, list)) and all(isinstance(e, Mapping) for e in effects):
+        return tuple(effects)
+    raise InputError(
+        f"{source}: effects is {effects!r}; give a list of tables, each with its id, as those of "
+        "a rig file"
+    )
+
+
 class RecordingWarning(UserWarning):
     """Something in a recording that the reader should know of.
 
@@ -33,7 +66,8 @@ class RecordingWarning(UserWarning):
         code: what it is, one of "jitter", "gap", "slow_clock", "constant", "saturated",
             "wrapped", "jump", "implausible_speed", "large_voltage", "ignored_column",
             "two_drives", "missing", "clocks", "interpolated", "no_manifest", "twist_offset",
-            "hidden_state", "long", or one of `drill_env.identification.screening.findings`.
+            "hidden_state", "coasting", "long", or one of
+            `drill_env.identification.screening.findings`.
     """
 
     def __init__(self, code: str, message: str) -> None:
@@ -61,6 +95,11 @@ class Recording:
             positive along theta_u, shape (n,), or None. It is read at t[i] as an angle is, and
             straight in between.
         load_l: the same of the lower disc.
+        bridge: 1 where the motor's bridge drives or brakes and 0 where it is off, held as `u` is,
+            shape (n,), or None. With it `u` is 0 only there: where 0 V brake, `u` is `BRAKES`.
+        added_inertia_u: bolted on the upper disc in this run alone, kg m^2 (kg if linear).
+        added_inertia_l: the same of the lower disc.
+        effects: known physics of this run alone, tables as the `[[effects]]` of a rig file.
         drive: what `u` is.
         extra: other numeric columns as they stand in the file, each of shape (n,).
         constants: single numbers in the file, such as a drive gain.
@@ -79,6 +118,10 @@ class Recording:
     omega_l: FloatArray | None = None
     load_u: FloatArray | None = None
     load_l: FloatArray | None = None
+    bridge: FloatArray | None = None
+    added_inertia_u: float = 0.0
+    added_inertia_l: float = 0.0
+    effects: tuple[Mapping[str, Any], ...] = ()
     drive: Drive = "voltage"
     extra: Mapping[str, FloatArray] = field(default_factory=dict)
     constants: Mapping[str, float] = field(default_factory=dict)
@@ -95,6 +138,16 @@ class Recording:
                     f"{self.source}: {name} has shape {values.shape} and t {self.t.shape}; "
                     "make them one-dimensional and equally long"
                 )
+        for name in INERTIAS:
+            most, value = LARGEST[name][0], real(getattr(self, name), f"{self.source}: {name}")
+            if not 0.0 <= value <= most:
+                raise InputError(
+                    f"{self.source}: {name} is {value:g}; give what was added to the rig, 0 to "
+                    f"{most:g} kg m^2, and write the rig without it"
+                )
+        object.__setattr__(self, "effects", _tables(self.source, self.effects))
+        if self.bridge is not None:
+            object.__setattr__(self, "u", _bridged(self, self.bridge))
 
     def __len__(self) -> int:
         return len(self.t)
@@ -122,6 +175,10 @@ class Recording:
     def loads(self) -> dict[Channel, FloatArray]:
         """The channels of measured loads present."""
         return {name: value for name, value in self.channels().items() if name in LOADS}
+
+    def coasts(self) -> bool:
+        """Whether the bridge is off in some rows."""
+        return self.bridge is not None and not self.bridge.all()
 
     def readings(self) -> dict[Channel, FloatArray]:
         """Angles and velocities present."""

@@ -3,9 +3,11 @@
 from functools import partial
 from math import pi
 
+import numpy as np
 from numpy import cos
 
 from drill_env._jit import kernel
+from drill_env._types import FloatArray
 from drill_env.effects._effect import amplitude, effect, phase, shape
 from drill_env.effects.signal import branch
 from drill_env.friction.kernels import upper_sliding
@@ -25,6 +27,22 @@ FRICTION_SHARE = shape("friction_share", "1", (0.05, 1.0), low=0.01, high=1.0, f
 # at which a disc is released, held or met by the other flank of a tooth is told badly.
 DAMPING = shape("damping", "1", (0.07,), low=0.002, high=2.0, form=0.15)
 """Of the gear's ringing, as a share of critical."""
+
+
+def same_motor(q: FloatArray, times: float, share: int, frequency: int) -> FloatArray:
+    """A gear's numbers where the disc has so many times the inertia: motor and spring are the same.
+
+    Args:
+        q: its numbers, the damping last.
+        times: of the inertia of motor and disc together.
+        share: place of the motor's share of it.
+        frequency: place of that at which the two ring.
+    """
+    out = q.copy()
+    out[share] = q[share] / times
+    faster = np.sqrt((1.0 - q[share]) / (1.0 - out[share]))
+    out[frequency], out[-1] = q[frequency] * faster, q[-1] * faster
+    return out
 
 
 @kernel
@@ -125,6 +143,7 @@ def drive_through(p, e, s, out, share, torque, at_motor):
     replaces_balance=True,
     refined_within=True,
     limit=("gap", "gear_compliance"),
+    heavier=partial(same_motor, share=1, frequency=2),
 )
 def gear_backlash(p, e, s, out):
     """motor behind play and a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu."""
@@ -146,6 +165,7 @@ def gear_backlash(p, e, s, out):
     neighbours=("actuator_lag", "gear_backlash", "upper_resonator"),
     replaces_balance=True,
     refined_within=True,
+    heavier=partial(same_motor, share=1, frequency=0),
 )
 def gear_compliance(p, e, s, out):
     """motor_share J_u behind a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu."""

@@ -6,7 +6,7 @@ from math import pi, sqrt
 from numpy import cos
 
 from drill_env.effects._effect import HEAVIEST, amplitude, effect, phase, shape
-from drill_env.effects.library.upper_torques import FREQUENCY, RESONATOR, swing
+from drill_env.effects.library.upper_torques import FREQUENCY, RESONATOR, same_body, swing
 from drill_env.effects.signal import branch
 
 lower = partial(effect, "lower")
@@ -33,6 +33,7 @@ def lower_disturbance(p, e, s, out):
     "d2z/dt2 = -w^2 z - 2 damping w dz/dt - domega_l/dt, w = 2 pi frequency",
     states=2,
     neighbours=("string_inertia", "string_damping"),
+    heavier=same_body,
 )
 def lower_resonator(p, e, s, out):
     """share Jl (w^2 z + 2 damping w dz/dt), d2z/dt2 = -w^2 z - 2 damping w dz/dt - domega_l/dt."""

@@ -3,9 +3,11 @@
 from functools import partial
 from math import pi
 
+import numpy as np
 from numpy import cos
 
 from drill_env._jit import kernel
+from drill_env._types import FloatArray
 from drill_env.effects._effect import HEAVIEST, amplitude, effect, phase, shape
 
 upper = partial(effect, "upper")
@@ -23,6 +25,11 @@ RESONATOR = (
     shape("damping", "1", (0.02,), low=0.0005, high=2.0),
 )
 """The body's own frequency with the disc held, its share of the disc's inertia, and its damping."""
+
+
+def same_body(q: FloatArray, times: float) -> FloatArray:
+    """A resonator's numbers on a disc of so many times the inertia: the body is the same."""
+    return q / np.array([1.0, times, 1.0])
 
 
 @kernel
@@ -75,6 +82,7 @@ def upper_offset(p, e, s, out):
     "d2z/dt2 = -w^2 z - 2 damping w dz/dt - domega_u/dt, w = 2 pi frequency",
     states=2,
     neighbours=("gear_compliance", "string_inertia"),
+    heavier=same_body,
 )
 def upper_resonator(p, e, s, out):
     """share Ju (w^2 z + 2 damping w dz/dt), d2z/dt2 = -w^2 z - 2 damping w dz/dt - domega_u/dt."""
