@@ -2,7 +2,10 @@
 
 from math import ceil, exp
 
-from drill_env._jit import inlined, kernel
+from numba import float64, from_dtype, types
+from numba.core.typing.templates import signature
+
+from drill_env._jit import caller, inlined, kernel, unit
 from drill_env.effects._along_ports import (
     acceleration_u,
     ask,
@@ -11,7 +14,14 @@ from drill_env.effects._along_ports import (
     torque_on_upper,
 )
 from drill_env.effects.pace import MOVE, fastest_rate
+from drill_env.effects.signal import ENTRY, PORTS, SIGNAL
 from drill_env.friction.kernels import lower_size
+from drill_env.parameters.record import PARAMETERS
+
+_OVER = signature(
+    types.none, *(from_dtype(kind) for kind in (PARAMETERS, ENTRY, SIGNAL, PORTS)),
+    float64[::1], float64[::1], float64, float64, float64, float64[:, ::1], float64[::1],
+)  # fmt: skip
 
 # Rates times the substep: far inside the method's stability, 2.8.
 _SHARE, _MOST = 1.0, 1000
@@ -168,3 +178,13 @@ def over_interval(p, e, s, out, begin, rate, t, dt, u, z, mean):
         # Carried on relative to the disc, whose speed a filter may move.
         e.z[1] -= begin[1] + dt * rate[1]
     s.choose = 0
+
+
+@unit(_OVER)
+def over_interval_alone(p, e, s, out, begin, rate, t, dt, u, z, mean):
+    """`over_interval` for kernels that are large themselves."""
+    over_interval(p, e, s, out, begin, rate, t, dt, u, z, mean)
+
+
+call_over_interval = caller(_OVER)
+"""For kernels: `call_over_interval(address of over_interval_alone, *arguments)`."""

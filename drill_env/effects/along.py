@@ -10,7 +10,8 @@ from scipy.interpolate import CubicHermiteSpline
 from drill_env._types import FloatArray, IntArray
 from drill_env.effects import Effect
 from drill_env.effects._along import follow
-from drill_env.effects._along_interval import over_interval as over_interval
+from drill_env.effects._along_interval import call_over_interval as call_over_interval
+from drill_env.effects._along_interval import over_interval_alone as over_interval_alone
 from drill_env.effects.declared import Declared, bundled, declared
 from drill_env.effects.readings import errors_of
 from drill_env.effects.signal import ENTRY, MOST_STATES, PORTS, SIGNAL, number_places

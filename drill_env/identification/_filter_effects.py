@@ -11,7 +11,7 @@ import numpy as np
 from drill_env._jit import kernel
 from drill_env._types import FloatArray, IntArray
 from drill_env.dynamics.kernels import lower_rate, upper_rate
-from drill_env.effects.along import over_interval
+from drill_env.effects.along import call_over_interval
 from drill_env.identification._filter_state import D_L, D_U
 from drill_env.integrator.records import N_STATE
 
@@ -37,6 +37,7 @@ class Acting(NamedTuple):
     motion: FloatArray  # begin, rates and rates of the interval's first part
     mean: FloatArray
     z: FloatArray
+    over_interval: int  # address of `over_interval_alone`, 0 where nothing acts
 
 
 @kernel
@@ -83,9 +84,9 @@ def ask_all(f, p, effects, t, dt, u, share):
         s.first, s.dwell_l = f.fresh, dwell
         s.other_u, s.other_l = torque_u, torque_l
         effects.mean[0] = effects.mean[1] = 0.0
-        over_interval(
-            p, e, s, effects.ports[0], effects.motion[0], effects.motion[1], t, dt, u, effects.z,
-            effects.mean,
+        call_over_interval(
+            effects.over_interval, p, e, s, effects.ports[0], effects.motion[0],
+            effects.motion[1], t, dt, u, effects.z, effects.mean,
         )  # fmt: skip
         torque_u += effects.mean[0]
         torque_l += effects.mean[1]
