@@ -84,7 +84,7 @@ def known_effects(rig: Rig, recording: Recording) -> tuple[Mapping[str, Any], ..
     """The known physics of a recording that acts on a rig; one of one inertia has no lower disc.
 
     Raises:
-        InputError: an effect is wrong, or of a sort that is told otherwise.
+        InputError: an effect is wrong, or of a sort that is stated elsewhere.
     """
     kept = []
     for entry in recording.effects:
