@@ -23,8 +23,8 @@ MOTOR_SHARE = shape("motor_share", "1", (0.1, 0.25, 0.5), low=0.01, high=0.95, f
 FRICTION_SHARE = shape("friction_share", "1", (0.05, 1.0), low=0.01, high=1.0, form=0.5)
 """Of the drive's friction that sits at the motor and not at the disc: rigs differ."""
 
-# Forms as found on development and opened cases of the proof's maker: what shows only in the moments
-# at which a disc is released, held or met by the other flank of a tooth is estimated badly.
+# Forms as found on development and opened cases of the proof's maker: what shows only while a
+# disc is released, held or met by the other flank of a tooth is estimated badly.
 DAMPING = shape("damping", "1", (0.07,), low=0.002, high=2.0, form=0.15)
 """Of the gear's ringing, as a share of critical."""
 
