@@ -24,7 +24,7 @@ FIRST_ROUNDS = 2
 # Rounds more for candidates whose gain is not below this share of the best one's, and how many.
 # The last ones get motions that are told anew with the candidate in place.
 _HEATS = ((4, 0.3, 6, False), (6, 0.4, 3, True), (6, 0.5, 3, True))
-# A hopeless candidate that gained less than this rests.
+# A candidate that gained less than this rests, where it is hopeless or its motions were told anew.
 _MOVES = 1.0
 # Resonances are retuned if they gain this share of the best one.
 _HOPEFUL_RESONANCE = 0.5
@@ -79,7 +79,7 @@ def heated(
                     goal=goal_of(fit, a, done), later=later,
                 )  # fmt: skip
                 done[i] = after
-                if after.criterion < NEEDED and after.gain < a.gain + _MOVES:
+                if (anew or after.criterion < NEEDED) and after.gain < a.gain + _MOVES:
                     resting.add(a.term.id)
     return sorted(done, key=lambda a: -a.gain)
 

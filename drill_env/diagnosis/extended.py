@@ -22,17 +22,8 @@ from drill_env.identification.prediction_error import Path, Trace, flat, path_of
 from drill_env.identification.samples import Samples
 from drill_env.identification.smoothing import slopes_of, smoothed
 from drill_env.parameters import SYMBOLS, Rig
-from drill_env.parameters.rig import LOWER_LAW
 
 THREADS = 2
-# Parameters that the torques of effects and shapes of a component are made of.
-_ACTS_BY = {
-    "actuator": ("km",),
-    "upper": ("km", "Tsu", "dTsu", "bu", "dbu", "ktheta"),
-    "string": ("ktheta",),
-    "lower": LOWER_LAW,
-    "sensor": (),
-}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,9 +71,11 @@ def whitened(
             moved = _moved_predictions(samples, every, place, path.trace.innovation, filtered)
             columns.append(moved * path.rows["weight"][:, :, np.newaxis])
             continue
-        loads, errors = term.slopes(heavy, motion)
+        below = term.source.response(term.q, heavy, motion)
+        loads, errors = term.slopes(heavy, motion, below)
         columns.append(slopes_of(samples, noise, path, loads, errors if errors.any() else None))
-        columns[0] = columns[0] + _by_the_rig(term, heavy, motion, places, jacobian, by_loads)
+        by_parameters = partial(term.slopes_by, rig=heavy, motion=motion, below=below[0])
+        columns[0] = columns[0] + _by_the_rig(term, by_parameters, places, jacobian, by_loads)
     by_given = columns[1 : 1 + len(given)]
     for place, column in setting.coordinates.of_effects(fit_rig, by_given):
         columns[0][:, :, place] += column
@@ -90,12 +83,14 @@ def whitened(
 
 
 def _by_the_rig(
-    term: Term, rig: Rig, motion: Motion, places: list[int], jacobian: FloatArray,
-    by_loads: Callable[[FloatArray], FloatArray],
+    term: Term, by_parameters: Callable[[list[str]], FloatArray], places: list[int],
+    jacobian: FloatArray, by_loads: Callable[[FloatArray], FloatArray],
 ) -> FloatArray | float:  # fmt: skip
     """How predictions follow the rig's coordinates through what a term makes of its parameters."""
-    names = [n for n in _ACTS_BY[term.source.component] if SYMBOLS.index(n) in places]
-    loads = term.slopes_by(names, rig, motion)
+    names = [n for n in term.source.made_of if SYMBOLS.index(n) in places]
+    if not names:
+        return 0.0
+    loads = by_parameters(names)
     told = np.flatnonzero(loads.any(axis=(0, 1)))
     if not len(told):
         return 0.0

@@ -93,7 +93,7 @@ def _moments(
 
 def _columns(term: Term, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
     if isinstance(term.source, Shape):
-        return term.slopes(rig, motion)
+        return term.source.slopes(rig, motion)
     effect = term.source.effect
     q = term.q.copy()
     loads, errors = [], []

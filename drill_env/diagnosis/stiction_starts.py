@@ -16,7 +16,8 @@ import numpy as np
 from drill_env._types import FloatArray, IntArray
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import gain_of, own_values
-from drill_env.diagnosis.linearised import Linearised
+from drill_env.diagnosis.joint import WORTH_A_ROUND
+from drill_env.diagnosis.linearised import Known, Linearised
 from drill_env.diagnosis.terms import Named, Term
 
 # Least size of an amplitude, in usual ones, and the factor from one to the next: no further apart
@@ -35,7 +36,7 @@ def best_at_rest(linearised: Linearised, source: Named) -> tuple[Term, float] | 
 
     Returns:
         The term, and the fall of minus twice the log likelihood; None where no disc ever rested, or
-        no size gains on the recording that rests most.
+        no size gains on the recording that rests most its share of what the numbers cost.
     """
     setting, fit = linearised.setting, linearised.fit
     disc = 0 if source.effect.equation == "upper" else 1
@@ -45,11 +46,13 @@ def best_at_rest(linearised: Linearised, source: Named) -> tuple[Term, float] | 
     if not any(rested):
         return None
     one = alone(setting, fit, int(np.argmax(rested)))
-    tried = _gains(*one, [Term(source, q) for q in _points(source, _strongest_hold(fit, disc))])
+    longest = max(_longest_rest(known, disc) for known in linearised.known)
+    points = _points(source, _strongest_hold(fit, disc), longest)
+    tried = _gains(*one, [Term(source, q) for q in points])
     ranked = sorted(tried, key=_gain, reverse=True)
-    if _gain(ranked[0]) <= 0.0:
-        # Where a disc rests most it would show most; no size there gains, and one of each valley
-        # was among them.
+    if _gain(ranked[0]) <= WORTH_A_ROUND * len(source.effect.parameters) / len(setting.samples):
+        # Where a disc rests most it would show most; no size there gains its share of what its
+        # numbers cost, and one of each valley was among them.
         return None
     near = [_resized(term, share) for term, _ in ranked[:_NEAR] for share in _BETWEEN]
     few = sorted([*ranked, *_gains(*one, near)], key=_gain, reverse=True)[:_WORTH]
@@ -74,13 +77,26 @@ def _strongest_hold(fit: Fit, disc: int) -> float:
     return string if disc else string + drive
 
 
-def _points(source: Named, most: float) -> list[FloatArray]:
+def _longest_rest(known: Known, disc: int) -> float:
+    """For how long (s) a disc rested at most."""
+    turns = np.flatnonzero(np.diff(known.path.rows["stuck"][:, disc], prepend=0, append=0))
+    begins, ends = turns[::2], turns[1::2]
+    t = known.samples.t
+    return float(np.max(t[np.minimum(ends, len(t) - 1)] - t[begins], initial=0.0))
+
+
+def _points(source: Named, most: float, longest: float) -> list[FloatArray]:
+    """Sizes up to the most, and times up to the first beyond the longest rest.
+
+    A disc that leaves long before such a time tells nothing but the ratio of size and time.
+    """
     axes = []
     for p in source.effect.parameters:
         least = _LEAST * p.grid[0]
         count = max(int(math.log(max(most / least, 1.0)) / math.log(_APART)) + 1, 1)
         sizes = tuple((least * _APART ** np.arange(count)).tolist())
-        axes.append(sizes if p.role == "amplitude" else p.grid)
+        times = p.grid[: 1 + sum(value < longest for value in p.grid)]
+        axes.append(sizes if p.role == "amplitude" else times)
     return [source.bounded(np.array(point)) for point in itertools.product(*axes)]
 
 

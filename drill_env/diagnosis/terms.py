@@ -11,7 +11,7 @@ import numpy as np
 from drill_env._types import FloatArray
 from drill_env.diagnosis.late_readings import LATE, ahead
 from drill_env.effects import Effect, EffectParameter
-from drill_env.effects.along import Motion, response_along
+from drill_env.effects.along import Motion, made_of, response_along
 from drill_env.parameters import Rig
 from drill_env.parameters.rig import LOWER_LAW
 
@@ -31,6 +31,11 @@ class Source(Protocol):
     @property
     def component(self) -> str:
         """Where it acts."""
+        ...
+
+    @property
+    def made_of(self) -> tuple[str, ...]:
+        """Parameters of the rig that its torques are made of."""
         ...
 
     def response(self, q: FloatArray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
@@ -72,6 +77,11 @@ class Named:
     def component(self) -> str:
         """The effect's."""
         return self.effect.component
+
+    @property
+    def made_of(self) -> tuple[str, ...]:
+        """Parameters of the rig that its torques are made of."""
+        return made_of(self.effect)
 
     def response(self, q: FloatArray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
         """The effect's torques and reading errors."""
@@ -151,6 +161,12 @@ class Shape:
             nothing if errors is None else errors @ q,
         )
 
+    def slopes(self, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
+        """Torques and reading errors of each number alone, each of shape (n, 2, size)."""
+        loads, errors = self.basis(rig, motion)
+        nothing = np.zeros((len(motion.t), 2, self.size))
+        return nothing if loads is None else loads, nothing if errors is None else errors
+
     def steps(self, q: FloatArray) -> FloatArray:
         """Any will do: it is linear."""
         return np.ones_like(q)
@@ -172,13 +188,19 @@ class Term:
         """The source's."""
         return self.source.id
 
-    def slopes(self, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
-        """Derivatives of torques and errors by the numbers, each of shape (n, 2, size)."""
-        n = len(motion.t)
+    def slopes(
+        self, rig: Rig, motion: Motion, below: tuple[FloatArray, FloatArray]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of torques and errors by the numbers, each of shape (n, 2, size).
+
+        Args:
+            rig: parameters.
+            motion: of the rig.
+            below: the term's torques and errors there.
+        """
         if isinstance(self.source, Shape):
-            loads, errors = self.source.basis(rig, motion)
-            nothing = np.zeros((n, 2, self.source.size))
-            return nothing if loads is None else loads, nothing if errors is None else errors
+            return self.source.slopes(rig, motion)
+        n = len(motion.t)
         disc = late_disc(self)
         if disc is not None:
             errors = np.zeros((n, 2, 1))
@@ -186,7 +208,6 @@ class Term:
             return np.zeros((n, 2, 1)), errors
         steps = self.source.steps(self.q)
         loads, errors = np.zeros((n, 2, len(self.q))), np.zeros((n, 2, len(self.q)))
-        below = self.source.response(self.q, rig, motion)
         for i, step in enumerate(steps.tolist()):
             move = np.zeros_like(self.q)
             move[i] = step
@@ -195,15 +216,19 @@ class Term:
             errors[:, :, i] = (above[1] - below[1]) / step
         return loads, errors
 
-    def slopes_by(self, names: Sequence[str], rig: Rig, motion: Motion) -> FloatArray:
-        """Derivatives of torques (Nm) by parameters of the rig, shape (n, 2, len(names))."""
-        out = np.zeros((len(motion.t), 2, len(names)))
-        made_of = self.source.made_of if isinstance(self.source, Shape) else names
-        told = [(i, name) for i, name in enumerate(names) if name in made_of]
-        if not told:
-            return out
-        below = self.source.response(self.q, rig, motion)[0]
-        for i, name in told:
+    def slopes_by(
+        self, names: Sequence[str], rig: Rig, motion: Motion, below: FloatArray
+    ) -> FloatArray:
+        """Derivatives of torques (Nm) by parameters of the rig, shape (n, 2, len(names)).
+
+        Args:
+            names: of the parameters.
+            rig: parameters.
+            motion: of the rig.
+            below: the term's torques there, Nm, shape (n, 2).
+        """
+        out = np.empty((len(motion.t), 2, len(names)))
+        for i, name in enumerate(names):
             value = getattr(rig, name)
             step = _RELATIVE_STEP * max(abs(value), _RELATIVE_STEP)
             moved = rig.replace(**{name: value + step})

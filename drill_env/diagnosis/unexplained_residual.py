@@ -140,7 +140,6 @@ def _told(found: Found, latents: Sequence[Latent]) -> Found:
     name = max(shapes, key=lambda key: share_by(key, latents, values))
     shape = shapes[name]
     column = 0 if place == "upper" else 1
-    flat = Term(shape, np.zeros(shape.size))
-    basis = np.concatenate([flat.slopes(found.final.rig, m)[0][:, column] for m in motions])
+    basis = np.concatenate([shape.slopes(found.final.rig, m)[0][:, column] for m in motions])
     q = np.linalg.lstsq(basis, np.concatenate(values), rcond=None)[0]
     return replace(found, residual_shape=Term(shape, np.asarray(q, dtype=np.float64)))

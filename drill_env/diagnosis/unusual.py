@@ -30,19 +30,19 @@ def unusual(setting: Setting, fit: Fit) -> dict[str, float]:
     """
     usual, found = NoiseModel(), {}
     for disc in ("u", "l"):
-        if _worse(setting, fit, disc) > NEEDED + math.log(max(fit.count, 2)):
+        if _worse(setting, fit, disc, NEEDED + math.log(max(fit.count, 2))):
             names = (f"torque_{disc}", f"tau_{disc}")
             found |= {name: getattr(usual, name) for name in names}
     return found
 
 
-def _worse(setting: Setting, fit: Fit, disc: str) -> float:
-    """Rise of minus twice the log likelihood under the usual correlation time of a torque."""
+def _worse(setting: Setting, fit: Fit, disc: str, by: float) -> bool:
+    """Whether minus twice the log likelihood rises by more under a torque's usual time."""
     usual = getattr(NoiseModel(), f"tau_{disc}")
     size, time = getattr(fit.noise, f"torque_{disc}"), getattr(fit.noise, f"tau_{disc}")
-    tried = [
+    tried = (
         replace(fit.noise, **{f"tau_{disc}": usual, f"torque_{disc}": size * (usual / time) ** -p})
         for p in _POWERS
-    ]
+    )
     at = (fit.starts, fit.motions)
-    return min(value_at(setting, fit.vector, fit.terms, n, *at) for n in tried) - fit.value
+    return all(value_at(setting, fit.vector, fit.terms, n, *at) > fit.value + by for n in tried)

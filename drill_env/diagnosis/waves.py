@@ -40,6 +40,11 @@ _FINER = 2
 class Wave(Named):
     """A wave as a source of terms: the effect has a formula and stands in no library."""
 
+    @property
+    def made_of(self) -> tuple[str, ...]:
+        """No parameter of the rig: it is a torque of its own."""
+        return ()
+
     def response(self, q: FloatArray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
         """The wave's torques; it misreads nothing."""
         along = middle(COORDINATES[self.effect.depends_on](motion))

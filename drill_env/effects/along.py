@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -12,11 +13,26 @@ from drill_env.effects import Effect
 from drill_env.effects._along import follow
 from drill_env.effects._along_interval import call_over_interval as call_over_interval
 from drill_env.effects._along_interval import over_interval_alone as over_interval_alone
+from drill_env.effects._effect import reads
 from drill_env.effects.declared import Declared, bundled, declared
 from drill_env.effects.readings import errors_of
 from drill_env.effects.signal import ENTRY, MOST_STATES, PORTS, SIGNAL, number_places
 from drill_env.friction import kernel_record
 from drill_env.parameters import Rig
+from drill_env.parameters.rig import LOWER_LAW
+
+# What an effect's function mentions where its torque along a known motion depends on a parameter of
+# the rig: the parameter itself, or a port or field that has to do with it. A friction more or less
+# is no larger than what pulls at a disc that rests.
+_DRIVE, _UPPER, _LOWER = {"drive", "inertia_u"}, {"size_u", "scale_u"}, {"scale_l", "read_l"}
+_MENTIONS = {
+    **dict.fromkeys(("Tsu", "dTsu", "bu", "dbu"), _DRIVE | {"scale_u", "friction_u"}),
+    **dict.fromkeys(LOWER_LAW, _LOWER | {"friction_l"}),
+    "km": _DRIVE | _UPPER | {"volts"},
+    "ktheta": _DRIVE | _UPPER | _LOWER | {"size_l", "pull"},
+    "Ju": _DRIVE,
+    "Jl": set[str](),
+}
 
 _NO_ROWS: IntArray = np.zeros(0, dtype=np.int64)
 
@@ -43,6 +59,12 @@ class Motion:
     def angles(self) -> FloatArray:
         """theta_u and theta_l, rad, shape (n, 2)."""
         return np.column_stack([self.states[:, 0] + self.states[:, 3], self.states[:, 3]])
+
+
+@cache
+def made_of(effect: Effect) -> tuple[str, ...]:
+    """Parameters of the rig that an effect's torques along a known motion depend on."""
+    return tuple(name for name in _MENTIONS if reads(effect.kernel, name, *_MENTIONS[name]))
 
 
 def joined(*parts: Declared) -> Declared:

@@ -225,7 +225,7 @@ def _entry(effect: Effect, numbers: FloatArray) -> _Row:
     entry["states"], entry["switches"] = effect.states, effect.switches
     entry["drives"] = effect.replaces_balance
     entry["upper"], entry["delayed"] = effect.equation == "upper", bool(effect.delay)
-    entry["timed"] = effect.follows_time
+    entry["timed"], entry["only_at_rest"] = effect.follows_time, effect.only_at_rest
     entry["sided"] = reads(effect.kernel, *SIDES)
     entry["reads_law"] = reads(effect.kernel, "friction_l")
     entry["moves_law"] = reads(effect.kernel, "read_l")

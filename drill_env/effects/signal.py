@@ -74,6 +74,7 @@ ENTRY = np.dtype(
         ("drives", "i8"),  # whether it puts a motor of its own between voltage and disc
         ("paced", "i8"),  # whether the motion sets how fast its inner states relax
         ("upper", "i8"),  # whether it acts on the upper disc alone
+        ("only_at_rest", "i8"),  # whether it acts on a disc at rest alone
         ("states", "i8"),
         ("switches", "i8"),
         ("first_state", "i8"),  # its places among those of all effects

@@ -38,6 +38,7 @@ class Acting(NamedTuple):
     mean: FloatArray
     z: FloatArray
     over_interval: int  # address of `over_interval_alone`, 0 where nothing acts
+    only_at_rest: bool  # whether all of them act on a disc at rest alone
 
 
 @kernel
@@ -153,6 +154,10 @@ def look_ahead(f, p, run, effects, t, dt, u):
     A slope is the divided difference over the speed's own doubt (Norgaard, Poulsen and Ravn,
     Automatica 36, 2000): next to a jump of the torque the derivative says nothing of its course.
     """
+    if effects.only_at_rest and slides_on(f, p, run, effects, dt, u):
+        forget_acting(f, effects)
+        commit(f, p, effects, effects.memories, 0.0, 0.0)
+        return
     answer(f, p, run, effects, t, dt, u)
     recall(effects.trial, effects.after)
     f.parts = parts_of(f, run, effects, dt)
@@ -174,6 +179,16 @@ def look_ahead(f, p, run, effects, t, dt, u):
         commit(f, p, effects, effects.after, torque_u, torque_l)
     else:
         act(f, p, run, effects, t, dt / f.parts, u)
+
+
+@kernel
+def slides_on(f, p, run, effects, dt, u):
+    """Whether no disc of the effects rests, or comes to rest, in an interval of `dt` s."""
+    y, mode = run.y, run.mode
+    f.rates[0] = upper_rate(p, mode[0], y[0], y[1], u)
+    f.rates[1] = lower_rate(p, mode[1], mode[2], y[0], y[2])
+    f.bend[:], f.parts = 0.0, parts_of(f, run, effects, dt)
+    return f.parts == 1
 
 
 @kernel

@@ -136,6 +136,7 @@ def _acting(effects: Declared) -> Acting:
         effects.entries, discs, memory, memory.copy(), memory.copy(), np.zeros(1, dtype=SIGNAL),
         np.zeros(1, dtype=PORTS), np.zeros((2, 4)), np.zeros(2), np.zeros((5, MOST_STATES)),
         over_interval_alone.address if len(effects.entries) else 0,
+        bool(effects.entries["only_at_rest"].all()),
     )  # fmt: skip
 
 
