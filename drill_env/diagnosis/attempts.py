@@ -11,12 +11,13 @@ from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import added, with_new_motions
 from drill_env.diagnosis.in_filter import moved_in
-from drill_env.diagnosis.joint import SIZES, WORTH_A_ROUND, descend_jointly
+from drill_env.diagnosis.joint import SIZES, WORTH_A_ROUND, descend_jointly, descend_until
 from drill_env.diagnosis.resonance import resonates, retuned
 from drill_env.diagnosis.rounds import NEEDED, Attempt, Round, is_named
 from drill_env.diagnosis.terms import Named
 from drill_env.effects import Effect
 from drill_env.identification.noise import NoiseModel
+from drill_env.prediction.criteria import Criteria
 
 FIRST_ROUNDS = 2
 """Rounds of a candidate's first descent."""
@@ -50,10 +51,10 @@ def carried_on(
         later: rounds that may come after these.
     """
     begin = with_new_motions(setting, start) if anew else start
-    done = descend_jointly(
+    done, settled = descend_until(
         setting, begin, limit=rounds, enough=WORTH_A_ROUND, only=only, goal=goal, later=later
     )
-    return attempted(fit, start if done.value > start.value else done)
+    return replace(attempted(fit, start if done.value > start.value else done), settled=settled)
 
 
 def attempted(before: Fit, fit: Fit) -> Attempt:
@@ -71,7 +72,9 @@ def heated(
         done.sort(key=lambda a: -a.gain)
         least = max(hope * done[0].gain, 5.0) if done else 0.0
         for i, a in enumerate(done[:most]):
-            if a.gain > least and a.term.id not in resting:
+            # Along the motion at which it settled nothing more is to be found.
+            settled = a.settled and not anew and only == SIZES
+            if a.gain > least and a.term.id not in resting and not settled:
                 if report(f"carrying on {a.term.id}"):
                     return sorted(done, key=lambda a: -a.gain)
                 after = carried_on(
@@ -107,8 +110,13 @@ def confused_with(done: Sequence[Attempt], effects: Sequence[Effect]) -> list[Ef
 
 
 def goal_of(fit: Fit, attempt: Attempt, done: Sequence[Attempt]) -> float:
-    """Value of the best of its sort: names race names, shapes race all."""
+    """Value of the best of its sort: names race names, shapes race all.
+
+    A shape of which a name explains the share from which it stands for it decides nothing.
+    """
     rivals = [a.gain for a in done if is_named(a.term) or not is_named(attempt.term)]
+    if not is_named(attempt.term):
+        rivals += [a.gain / Criteria().share for a in done if is_named(a.term)]
     return fit.value - max(rivals, default=-math.inf)
 
 

@@ -207,6 +207,16 @@ def descend_jointly(
     setting: Setting, start: Fit, *, limit: int, enough: float,
     only: Sequence[int] | None = SIZES, goal: float = math.inf, later: int = 0,
 ) -> Fit:  # fmt: skip
+    """As `descend_until`, where it makes no difference how it ended."""
+    return descend_until(
+        setting, start, limit=limit, enough=enough, only=only, goal=goal, later=later
+    )[0]
+
+
+def descend_until(
+    setting: Setting, start: Fit, *, limit: int, enough: float,
+    only: Sequence[int] | None = SIZES, goal: float = math.inf, later: int = 0,
+) -> tuple[Fit, bool]:  # fmt: skip
     """Alternate joint steps and noise steps until neither gains.
 
     Args:
@@ -217,6 +227,9 @@ def descend_jointly(
         only: places of the noise's numbers that follow; None for all.
         goal: value that another one has: it ends early where that will not be reached.
         later: rounds that may come after these.
+
+    Returns:
+        Where it came to, and whether it is settled there: the last round gained less than enough.
     """
     here, damping, settled, least = start, 1e-4, False, _PROMISE * enough
     for left in range(limit + later - 1, later - 1, -1):
@@ -229,9 +242,10 @@ def descend_jointly(
             here = _with_noise(setting, here, noise)
             there, damping = joint_step(setting, here, min(damping, 1.0), least=least)
         here = there
-        if before - here.value < max(enough, HOPE * (here.value - goal) / max(left, 1)):
-            break
-    return here
+        gain = before - here.value
+        if gain < max(enough, HOPE * (here.value - goal) / max(left, 1)):
+            return here, gain < enough
+    return here, False
 
 
 def _with_noise(setting: Setting, here: Fit, noise: NoiseModel) -> Fit:

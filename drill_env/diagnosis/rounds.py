@@ -48,12 +48,14 @@ class Attempt:
         term: the candidate in it.
         gain: fall of minus twice the log likelihood against the fit without it.
         criterion: the same less the price of its numbers.
+        settled: whether its descent came to its end.
     """
 
     fit: Fit
     term: Term
     gain: float
     criterion: float
+    settled: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
