@@ -49,7 +49,8 @@ def descended(
     The recording that is explained worst is asked alone first: the rig follows for one round at
     each peak, and where that leads highest the descent goes on. Fitted to it alone, as the rig and
     the best name are, an effect shows there what it can do at best. All recordings are asked where
-    it would be worth its numbers if the others were as bad, beside what the best name does there.
+    it would be worth its numbers if the others were as bad, beside what the best name does there;
+    they choose again among the peaks, since what fits one recording best may suit no other.
 
     Args:
         linearised: where they join.
@@ -74,11 +75,13 @@ def descended(
         source, points = Named(effect), grid_of(effect, linearised)
         price = NEEDED + len(effect.parameters) * math.log(max(fit.count, 2))
         wanted = max(price / len(setting.samples), _BESIDE * (plain - best))
-        there = _best_alone(*one, source, points, plain - wanted)
+        there, peaks = _best_alone(*one, source, points, plain - wanted)
         if plain - there.value > wanted:
             # With the noise of the rig alone: that of one recording may be far too small for
             # another.
-            start = added(setting, replace(fit, vector=there.vector), there.terms[-1])
+            tried = (there, *(moved_in(one[0], peak) for peak in peaks))
+            starts = [added(setting, replace(fit, vector=f.vector), f.terms[-1]) for f in tried]
+            start = min(starts, key=lambda f: f.value)
             goal = goal_of(fit, attempted(fit, start), found)
             found.append(attempted(fit, _raced(setting, start, goal)))
             best = min(best, there.value)
@@ -92,8 +95,8 @@ def _fitted_alone(setting: Setting, fit: Fit) -> float:
 
 def _best_alone(
     setting: Setting, fit: Fit, source: Named, grid: Sequence[FloatArray], goal: float
-) -> Fit:
-    """The lowest point with an effect from the highest peaks of one recording."""
+) -> tuple[Fit, list[Fit]]:
+    """The lowest point with an effect from the highest peaks of one recording, and these."""
     points = [source.bounded(q) for q in grid]
     peaks = _peaks(points, _gains(setting, fit, source, points))
     starts = [added(setting, fit, Term(source, q)) for q in peaks]
@@ -101,7 +104,8 @@ def _best_alone(
     first = _raced(setting, min(starts, key=lambda there: there.value), goal)
     inside = moved_in(setting, first)
     # Along a motion that knows the future a gear may follow anything.
-    return first if inside is first else _raced(setting, inside, goal)
+    best = first if inside is first else _raced(setting, inside, goal)
+    return best, starts
 
 
 def _raced(setting: Setting, start: Fit, goal: float = math.inf) -> Fit:
