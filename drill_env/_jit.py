@@ -15,7 +15,10 @@ from typing import Any, TypeVar
 import numpy as np
 from llvmlite import ir
 from numba import from_dtype, njit, types
+from numba._dynfunc import make_function
 from numba.core import cgutils, event
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 from numba.core.dispatcher import Dispatcher
 from numba.core.typing.templates import signature as typed
 from numba.extending import intrinsic
@@ -41,6 +44,35 @@ _OPTIONS: dict[str, Any] = {
 }
 # What Python never calls needs no wrapper; those took half of the time to compile.
 _INNER = {**_OPTIONS, "no_cpython_wrapper": True}
+
+
+class _Part(JITCodeLibrary):
+    """Code that is linked into what calls it, and gets no machine code of its own."""
+
+    def finalize(self) -> None:
+        """Link in what it calls; whoever is called by its address optimises all of it, once."""
+        for part in dict.fromkeys(self._linking_libraries):
+            self._final_module.link_in(part._get_module_for_linking(), preserve=True)
+        self._finalized = True
+
+
+class _PartCompiler(Compiler):
+    """Stops where numba would make machine code."""
+
+    def compile_extra(self, func: Callable[..., Any]) -> Any:
+        """Compile a function of Python."""
+        state = self.state
+        state.library = _Part(state.targetctx.codegen(), func.__qualname__)
+        state.flags.no_compile = True
+        found = super().compile_extra(func)
+        # Numba knows what kernels call by the object that Python would call.
+        name = func.__qualname__
+        called = make_function(
+            found.fndesc.lookup_module(), name, name, 0, found.environment, (found.library,)
+        )
+        found = found._replace(entry_point=called)
+        state.targetctx.insert_user_function(found.entry_point, found.fndesc, [found.library])
+        return found
 
 
 def _compiled(function: Callable[..., Any], **options: Any) -> Any:
@@ -138,6 +170,9 @@ def names_in(made: Unit) -> frozenset[str]:
 event.register("numba:compile", _Watch())
 
 
+_PART = {**_INNER, "cache": False, "pipeline_class": _PartCompiler}
+
+
 def entry(function: F) -> F:
     """Compile a kernel that Python calls.
 
@@ -148,12 +183,12 @@ def entry(function: F) -> F:
 
 def kernel(function: F) -> F:
     """As `entry`, for what only other kernels call."""
-    return _compiled(function, **_INNER)
+    return _compiled(function, **_PART)
 
 
 def inlined(function: F) -> F:
     """As `kernel`, and melted into every caller: for short formulas that run in every stage."""
-    return _compiled(function, forceinline=True, **_INNER)
+    return _compiled(function, forceinline=True, **_PART)
 
 
 class Unit:
