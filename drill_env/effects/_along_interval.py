@@ -127,7 +127,7 @@ def between(p, e, s, out, begin, rate, t, dwell, dt, u, cuts, mean):
         low = high
 
 
-@inlined
+@unit(_OVER)
 def over_interval(p, e, s, out, begin, rate, t, dt, u, z, mean):
     """Carry the inner states of an effect over an interval of `dt` s from `t`.
 
@@ -180,11 +180,5 @@ def over_interval(p, e, s, out, begin, rate, t, dt, u, z, mean):
     s.choose = 0
 
 
-@unit(_OVER)
-def over_interval_alone(p, e, s, out, begin, rate, t, dt, u, z, mean):
-    """`over_interval` for kernels that are large themselves."""
-    over_interval(p, e, s, out, begin, rate, t, dt, u, z, mean)
-
-
 call_over_interval = caller(_OVER)
-"""For kernels: `call_over_interval(address of over_interval_alone, *arguments)`."""
+"""For kernels: `call_over_interval(address of over_interval, *arguments)`."""

@@ -11,7 +11,7 @@ from drill_env._types import FloatArray, IntArray
 from drill_env.effects import Effect
 from drill_env.effects._along import follow
 from drill_env.effects._along_interval import call_over_interval as call_over_interval
-from drill_env.effects._along_interval import over_interval_alone as over_interval_alone
+from drill_env.effects._along_interval import over_interval as over_interval
 from drill_env.effects.declared import Declared, bundled, declared
 from drill_env.effects.readings import errors_of
 from drill_env.effects.signal import ENTRY, MOST_STATES, PORTS, SIGNAL, number_places
@@ -157,7 +157,7 @@ def _followed(
     signal, ports = np.zeros(1, dtype=SIGNAL)[0], np.zeros(1, dtype=PORTS)[0]
     torques, kept = np.zeros((len(motion.t), 2)), np.zeros((len(rows), int(entry["states"])))
     follow(
-        kernel_record(rig)[0], entry, signal, ports, motion.t, motion.u, motion.states,
-        motion.restarts, np.zeros((11, MOST_STATES)), torques, rows, kept,
+        kernel_record(rig)[0], entry, signal, ports, over_interval.address, motion.t, motion.u,
+        motion.states, motion.restarts, np.zeros((11, MOST_STATES)), torques, rows, kept,
     )  # fmt: skip
     return torques, kept
