@@ -8,11 +8,10 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from drill_env._types import FloatArray, IntArray
-from drill_env.effects import Effect
 from drill_env.effects._along import follow
 from drill_env.effects._along_interval import call_over_interval as call_over_interval
 from drill_env.effects._along_interval import over_interval as over_interval
-from drill_env.effects.declared import Declared, bundled, declared
+from drill_env.effects.declared import Declared, declared
 from drill_env.effects.readings import errors_of
 from drill_env.effects.signal import ENTRY, MOST_STATES, PORTS, SIGNAL, number_places
 from drill_env.friction import kernel_record
@@ -58,14 +57,11 @@ def joined(*parts: Declared) -> Declared:
     return Declared(entries, tuple(table for part in parts for table in part.tables))
 
 
-def response_along(
-    effect: Effect, q: FloatArray, rig: Rig, motion: Motion
-) -> tuple[FloatArray, FloatArray]:
-    """Torques and encoder errors of an effect.
+def responses_along(effects: Declared, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
+    """Torques and encoder errors of effects, their sum.
 
     Args:
-        effect: of `drill_env.effects.LIBRARY`.
-        q: its parameters in their order.
+        effects: of `declared` or `bundled`.
         rig: parameters of the rig.
         motion: how the rig moved, taken as straight between the rows.
 
@@ -73,16 +69,10 @@ def response_along(
         Mean torques (Nm) on the upper and lower disc over the interval after each row and errors
         (rad) of theta_u and theta_l at each row, both of shape (n, 2).
     """
-    return _responses(bundled([(effect, q)]), rig, motion)
-
-
-def responses_along(rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """As `response_along`, the sum over a rig's effects.
-
-    Raises:
-        InputError: an effect of the rig is wrong.
-    """
-    return _responses(declared(rig), rig, motion)
+    torques = np.zeros((len(motion.t), 2))
+    for entry in effects.entries[effects.entries["senses"] == 0]:
+        torques += _followed(entry, rig, motion, _NO_ROWS)[0]
+    return torques, _errors(effects, rig, motion)
 
 
 def reading_errors(rig: Rig, motion: Motion) -> FloatArray:
@@ -121,13 +111,6 @@ def late_angles(motion: Motion, delay: float) -> FloatArray:
     first = restarts[np.searchsorted(restarts, np.arange(len(t)), side="right") - 1]
     known = CubicHermiteSpline(t, motion.angles, motion.states[:, 1:3])
     return known(np.maximum(t - delay, t[first]))
-
-
-def _responses(effects: Declared, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
-    torques = np.zeros((len(motion.t), 2))
-    for entry in effects.entries[effects.entries["senses"] == 0]:
-        torques += _followed(entry, rig, motion, _NO_ROWS)[0]
-    return torques, _errors(effects, rig, motion)
 
 
 def _errors(effects: Declared, rig: Rig, motion: Motion) -> FloatArray:

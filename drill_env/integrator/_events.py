@@ -120,10 +120,8 @@ def first_event(p, run, work, tab, h):
             s = first_share(disc, p, run, work, tab, h)
             if s < share:
                 share, which = s, disc
-    if which < 0:
-        return which, h, 0.0
-    if share == 0.0:
-        return which, 0.0, 0.0
+    if which < 0 or share == 0.0:
+        return which, 0.0 if which >= 0 else h, 0.0
     h, error, value = polish(which, p, run, work, tab, share * h, h)
     moves = h > 1e-12 * (1.0 + abs(run.t))
     slips = work.acting != 0 and which < LOWER_LAW and run.mode[which] != 0

@@ -136,17 +136,12 @@ def _ahead(read: Motion, effects: Declared) -> Motion:
     late = effects.encoder_delays > 0.0
     if not late.any():
         return read
-    t, known = read.t, read.states
-    angles = read.angles
-    speeds = known[:, 1:3].copy()
+    t, angles, states = read.t, read.angles, read.states.copy()
     for entry in effects.entries[late]:
         disc = 0 if entry["upper"] else 1
-        later = t + float(entry["delay"])
-        angles[:, disc] = np.interp(later, t, angles[:, disc])
-        speeds[:, disc] = np.interp(later, t, speeds[:, disc])
-    states = known.copy()
+        for known in (angles[:, disc], states[:, 1 + disc]):
+            known[:] = np.interp(t + float(entry["delay"]), t, known)
     states[:, 0], states[:, 3] = angles[:, 0] - angles[:, 1], angles[:, 1]
-    states[:, 1:3] = speeds
     return replace(read, states=states)
 
 
