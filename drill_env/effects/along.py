@@ -49,9 +49,7 @@ def joined(*parts: Declared) -> Declared:
 
     The parts must live as long: the entries hold addresses of their tables.
     """
-    entries = np.zeros(sum(len(part.entries) for part in parts), dtype=ENTRY)
-    for place, entry in enumerate(entry for part in parts for entry in part.entries):
-        entries[place] = entry
+    entries = np.concatenate([part.entries for part in parts], dtype=ENTRY)
     entries = entries[np.argsort(entries["drives"], kind="stable")]
     number_places(entries)
     return Declared(entries, tuple(table for part in parts for table in part.tables))
@@ -72,16 +70,17 @@ def responses_along(effects: Declared, rig: Rig, motion: Motion) -> tuple[FloatA
     torques = np.zeros((len(motion.t), 2))
     for entry in effects.entries[effects.entries["senses"] == 0]:
         torques += _followed(entry, rig, motion, _NO_ROWS)[0]
-    return torques, _errors(effects, rig, motion)
+    return torques, reading_errors(effects, rig, motion)
 
 
-def reading_errors(rig: Rig, motion: Motion) -> FloatArray:
-    """Errors (rad) that the rig's effects give to theta_u and theta_l, shape (n, 2).
-
-    Raises:
-        InputError: an effect of the rig is wrong.
-    """
-    return _errors(declared(rig), rig, motion)
+def reading_errors(effects: Declared, rig: Rig, motion: Motion) -> FloatArray:
+    """Errors (rad) that effects give to the readings of theta_u and theta_l, shape (n, 2)."""
+    senses = effects.entries[effects.entries["senses"] != 0]
+    if not len(senses):
+        return np.zeros((len(motion.t), 2))
+    inner = _inner(effects, senses, rig, motion, np.arange(len(motion.t)))
+    late = np.stack([late_angles(motion, delay) for delay in effects.encoder_delays], axis=1)
+    return errors_of(kernel_record(rig), effects.entries, motion.t, motion.states, inner, late)
 
 
 def inner_states(rig: Rig, motion: Motion, rows: IntArray) -> FloatArray:
@@ -111,15 +110,6 @@ def late_angles(motion: Motion, delay: float) -> FloatArray:
     first = restarts[np.searchsorted(restarts, np.arange(len(t)), side="right") - 1]
     known = CubicHermiteSpline(t, motion.angles, motion.states[:, 1:3])
     return known(np.maximum(t - delay, t[first]))
-
-
-def _errors(effects: Declared, rig: Rig, motion: Motion) -> FloatArray:
-    senses = effects.entries[effects.entries["senses"] != 0]
-    if not len(senses):
-        return np.zeros((len(motion.t), 2))
-    inner = _inner(effects, senses, rig, motion, np.arange(len(motion.t)))
-    late = np.stack([late_angles(motion, delay) for delay in effects.encoder_delays], axis=1)
-    return errors_of(kernel_record(rig), effects.entries, motion.t, motion.states, inner, late)
 
 
 def _inner(

@@ -56,9 +56,13 @@ def law_slope(p, run, c, column, speed):
 
 
 @kernel
-def set_signal(p, run, work, c, row, column, t, moves):
-    """State of a row with its steps along `c.along`, and the signal of an instant."""
-    s = c.signal
+def column_rates(p, run, work, c, row, column, t, moves):
+    """Rates and event functions in a row, with their derivative along `c.along`.
+
+    `column` says which number has been given its step besides, `_TIME` none; `moves` is the step of
+    the time.
+    """
+    s, out = c.signal, c.ports
     for r in range(N_STATE + work.inner):
         c.y[r] = work.ys[row, r] + _STEP * c.along[r]
     slope = voltage_slope(work, t)
@@ -68,17 +72,6 @@ def set_signal(p, run, work, c, row, column, t, moves):
     if s.rest_l and column >= 0:
         s.dwell_l -= _STEP * c.since[column]
     s.friction_l = law_slope(p, run, c, column, s.speed_l)
-
-
-@kernel
-def column_rates(p, run, work, c, row, column, t, moves):
-    """Rates and event functions in a row, with their derivative along `c.along`.
-
-    `column` says which number has been given its step besides, `_TIME` none; `moves` is the step of
-    the time.
-    """
-    set_signal(p, run, work, c, row, column, t, moves)
-    s, out = c.signal, c.ports
     clear_ports(out, s)
     for i in range(work.acting):
         e = entry_at(c.entries, i)

@@ -3,13 +3,7 @@
 from math import inf
 
 from drill_env._jit import inlined, kernel
-from drill_env.integrator._roots import (
-    CLOSED,
-    asks_effects,
-    dense_event,
-    first_share,
-    stage_event,
-)
+from drill_env.integrator._roots import CLOSED, asks_effects, dense_event, first_share, stage_event
 from drill_env.integrator.records import LOWER, LOWER_LAW
 from drill_env.integrator.signatures import call_fill, call_step
 
@@ -76,9 +70,7 @@ def polish(which, p, run, work, tab, h, limit):
     Returns it, its error, and what the function is at its end, whose stages are left behind.
     """
     last, whole = tab.stages, limit
-    judged = work.acting != 0 and (
-        which > LOWER_LAW or (which < LOWER_LAW and run.mode[which] == 0)
-    )
+    judged = asks_effects(which, run, work)
     value = slope = error = 0.0
     if judged:
         # Only the effects know how the function rises; the slope need not be exact.

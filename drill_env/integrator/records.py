@@ -122,14 +122,9 @@ y(s) = y0 + h sum_jm dense[j, m] K_j s^(m+1).
 
 
 def new_work(
-    rtol: float,
-    atol: float,
-    max_step: float = np.inf,
-    *,
-    extrema: bool = False,
-    sensitivity: bool = False,
-    event_tol: float = 1e-16,
-) -> np.ndarray:
+    rtol: float, atol: float, max_step: float = np.inf, *,
+    extrema: bool = False, sensitivity: bool = False, event_tol: float = 1e-16,
+) -> np.ndarray:  # fmt: skip
     """Options and working arrays, shape (1,)."""
     work = np.zeros(1, dtype=WORK)
     work["rtol"], work["atol"], work["max_step"] = rtol, atol, max_step

@@ -8,7 +8,7 @@ import numpy as np
 
 from drill_env._types import FloatArray, IntArray
 from drill_env.effects.along import Motion, inner_states, late_angles, reading_errors
-from drill_env.effects.declared import Declared
+from drill_env.effects.declared import Declared, declared
 from drill_env.effects.readings import errors_of
 from drill_env.effects.signal import RESTING
 from drill_env.effects.steady import acting
@@ -122,7 +122,7 @@ def _without_errors(read: Motion, rig: Rig, effects: Declared) -> Motion:
     """The motion of the discs where `read` is what encoders with errors made of it."""
     ahead = _ahead(read, effects)
     timely = tuple(e for e in rig.effects if not str(e.get("id")).startswith("encoder_delay"))
-    errors = reading_errors(rig.replace(effects=timely), ahead)
+    errors = reading_errors(declared(rig.replace(effects=timely)), rig, ahead)
     rates = np.gradient(errors, read.t, axis=0)
     states = ahead.states.copy()
     states[:, 0] -= errors[:, 0] - errors[:, 1]
@@ -199,5 +199,5 @@ def resume(
             motion.t[known], motion.u[known], np.hstack([both, np.zeros((len(both), 2))]),
             np.zeros(1, dtype=np.int64),
         )  # fmt: skip
-        angles += reading_errors(rig, whole)[rows.start - first :]
+        angles += reading_errors(declared(rig), rig, whole)[rows.start - first :]
     return run.state, angles

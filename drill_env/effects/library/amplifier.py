@@ -110,8 +110,6 @@ def input_delay(p, e, s, out):
 
 # So near, in V, it has arrived: a voltage that begins at 0 begins there but for rounding.
 _REACHED = 1e-9
-
-
 # Where no event is located it has arrived when so many seconds would do.
 _SOON = 5e-3
 
