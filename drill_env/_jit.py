@@ -7,6 +7,7 @@ large is therefore compiled once, alone, and called by its address: a `unit`.
 from __future__ import annotations
 
 import functools
+import gc
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
@@ -15,7 +16,10 @@ from typing import Any, TypeVar
 import numpy as np
 from llvmlite import ir
 from numba import from_dtype, njit, types
+from numba._dynfunc import make_function
 from numba.core import cgutils, event
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 from numba.core.dispatcher import Dispatcher
 from numba.core.typing.templates import signature as typed
 from numba.extending import intrinsic
@@ -43,6 +47,35 @@ _OPTIONS: dict[str, Any] = {
 _INNER = {**_OPTIONS, "no_cpython_wrapper": True}
 
 
+class _Part(JITCodeLibrary):
+    """Code that is linked into what calls it, and gets no machine code of its own."""
+
+    def finalize(self) -> None:
+        """Link in what it calls; whoever is called by its address optimises all of it, once."""
+        for part in dict.fromkeys(self._linking_libraries):
+            self._final_module.link_in(part._get_module_for_linking(), preserve=True)
+        self._finalized = True
+
+
+class _PartCompiler(Compiler):
+    """Stops where numba would make machine code."""
+
+    def compile_extra(self, func: Callable[..., Any]) -> Any:
+        """Compile a function of Python."""
+        state = self.state
+        state.library = _Part(state.targetctx.codegen(), func.__qualname__)
+        state.flags.no_compile = True
+        found = super().compile_extra(func)
+        # Numba knows what kernels call by the object that Python would call.
+        name = func.__qualname__
+        called = make_function(
+            found.fndesc.lookup_module(), name, name, 0, found.environment, (found.library,)
+        )
+        found = found._replace(entry_point=called)
+        state.targetctx.insert_user_function(found.entry_point, found.fndesc, [found.library])
+        return found
+
+
 def _compiled(function: Callable[..., Any], **options: Any) -> Any:
     decorate: Any = njit
     try:
@@ -50,12 +83,21 @@ def _compiled(function: Callable[..., Any], **options: Any) -> Any:
     except RuntimeError:
         # No folder for the cache can be written, or the function stands in no file.
         return decorate(**{**options, "cache": False})(function)
+    made._compiler.fold_argument_types = functools.partial(
+        _folded, made._compiler.fold_argument_types
+    )
     kept = getattr(getattr(made, "_cache", None), "_cache_file", None)
     if kept is not None:
         # Numba looks at the function's own file alone, but links what others hold.
         kept._source_stamp = (kept._source_stamp, _package_stamp())
         kept._load_index = functools.partial(_known, kept._load_index)
     return made
+
+
+def _folded(fold: Callable[[Any, Any], Any], arguments: Any, named: Any) -> Any:
+    """What a call is compiled for: once for all constants, not for each."""
+    declared, kinds = fold(arguments, named)
+    return declared, tuple(map(types.unliteral, kinds))
 
 
 def _known(load: Callable[[], Any]) -> Any:
@@ -79,11 +121,16 @@ def _package_stamp() -> str:
 
 
 class _Watch(event.Listener):
-    """Tells how many of the kernels that a compilation needs are done."""
+    """Tells how many of the kernels that a compilation needs are done.
+
+    Nor does Python look for garbage meanwhile, which took an eighth of the time: hardly any of what
+    a compiler makes is garbage.
+    """
 
     def __init__(self) -> None:
         self._needed: set[Dispatcher] = set()
         self._depth = 0
+        self._collects = False
 
     def on_start(self, event: Any) -> None:
         """A kernel begins."""
@@ -92,6 +139,8 @@ class _Watch(event.Listener):
             self._needed = (
                 _reachable(made) if (made.__module__ or "").partition(".")[0] in _OURS else set()
             )
+            self._collects = gc.isenabled()
+            gc.disable()
         self._depth += 1
         self._tell(made, finished=False)
 
@@ -100,6 +149,8 @@ class _Watch(event.Listener):
         self._depth -= 1
         if self._depth == 0:
             self._tell(event.data["dispatcher"], finished=True)
+            if self._collects:
+                gc.enable()
 
     def _tell(self, made: Dispatcher, finished: bool) -> None:
         if self._needed:
@@ -138,6 +189,9 @@ def names_in(made: Unit) -> frozenset[str]:
 event.register("numba:compile", _Watch())
 
 
+_PART = {**_INNER, "cache": False, "pipeline_class": _PartCompiler}
+
+
 def entry(function: F) -> F:
     """Compile a kernel that Python calls.
 
@@ -148,12 +202,12 @@ def entry(function: F) -> F:
 
 def kernel(function: F) -> F:
     """As `entry`, for what only other kernels call."""
-    return _compiled(function, **_INNER)
+    return _compiled(function, **_PART)
 
 
 def inlined(function: F) -> F:
     """As `kernel`, and melted into every caller: for short formulas that run in every stage."""
-    return _compiled(function, forceinline=True, **_INNER)
+    return _compiled(function, forceinline=True, **_PART)
 
 
 class Unit:

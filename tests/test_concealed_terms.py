@@ -31,7 +31,8 @@ from benchmarks.concealed.terms import LEFT_OUT, in_tool_terms
 from benchmarks.concealed.torques import bend, rates
 from drill_env._types import FloatArray
 from drill_env.effects import LIBRARY
-from drill_env.effects.along import Motion, response_along
+from drill_env.effects.along import Motion, responses_along
+from drill_env.effects.declared import bundled
 from drill_env.parameters import Rig
 
 DT, ROWS, SUBSTEPS = 2e-3, 5000, 4
@@ -127,7 +128,7 @@ def bare() -> dict[bool, np.ndarray]:
 def _tools(name: str, parameters: dict[str, float], moved: Moved) -> tuple[np.ndarray, np.ndarray]:
     effect = LIBRARY[name]
     q = effect.vector(in_tool_terms(name, parameters, PAPER))
-    return response_along(effect, q, Rig(), moved.motion())
+    return responses_along(bundled([(effect, q)]), Rig(), moved.motion())
 
 
 @pytest.mark.parametrize("name", SIDES)

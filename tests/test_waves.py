@@ -14,7 +14,8 @@ from drill_env.diagnosis.shapes import free_shapes
 from drill_env.diagnosis.terms import Term
 from drill_env.diagnosis.waves import free_waves
 from drill_env.effects import LIBRARY
-from drill_env.effects.along import Motion, response_along
+from drill_env.effects.along import Motion, responses_along
+from drill_env.effects.declared import bundled
 from drill_env.report.diagnosis_page import diagnosis_page
 from tests.made_recordings import made, played
 
@@ -100,7 +101,9 @@ def test_a_wave_acts_and_runs_as_the_effect_of_its_formula(name):
     # The last row is held for no time.
     told = wave.response(q, Rig(), motion)[0][:-1]
     np.testing.assert_allclose(
-        told, response_along(LIBRARY[NAMES[name]], q, Rig(), motion)[0][:-1], atol=1e-12
+        told,
+        responses_along(bundled([(LIBRARY[NAMES[name]], q)]), Rig(), motion)[0][:-1],
+        atol=1e-12,
     )
 
 

@@ -190,7 +190,7 @@ def _look(
     look_along(
         kernel_record(rig)[0], effects.entries, np.zeros(1, dtype=SIGNAL)[0],
         np.zeros(1, dtype=PORTS)[0], t, _drive(case.voltage, effects.delay, before, t), run.state,
-        run.modes, run.inner, _dwells(run, t), LIBRARY["slew_limit"].code,
+        run.modes, run.inner, _dwells(run, t), LIBRARY["slew_limit"].kernel.address,
         np.zeros((2, 2)), found,
         rates,
     )  # fmt: skip

@@ -55,7 +55,7 @@ _DRAWN: dict[Any, Any] = {
 
 def compiled() -> None:
     """Compile what effects are declared with: on a busy machine that takes longer than an input."""
-    _ = [effect.code for effect in LIBRARY.values()]
+    _ = [effect.kernel.address for effect in LIBRARY.values()]
     _declare(Rig(effects=(_DRAWN,)))
 
 

@@ -171,7 +171,7 @@ def main(
 ) -> None:
     """Compare bits, then run for long."""
     # What all need is loaded once, here.
-    _ = [effect.code for effect in LIBRARY.values()], verdict(0, 0), verdict(0, 1)
+    _ = [effect.kernel.address for effect in LIBRARY.values()], verdict(0, 0), verdict(0, 1)
     faults = 0
     for number in track(range(first, first + n), description="configurations"):
         found = forked(functools.partial(verdict, seed, number), DEAD)

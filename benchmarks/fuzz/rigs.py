@@ -66,7 +66,7 @@ def described(case: Case, found: dict[str, Any]) -> dict[str, Any]:
 
 def run_all(seed: int, numbers: range, wide: bool) -> Iterator[dict[str, Any]]:
     """Verdicts one by one; what all need is compiled once, here."""
-    _ = [effect.code for effect in LIBRARY.values()]
+    _ = [effect.kernel.address for effect in LIBRARY.values()]
     judge(draw_case(0, 0))
     simulate(draw_case(0, 0).rig.replace(effects=()), 1.0, 0.1)
     for number in track(numbers, description="rigs"):

@@ -137,7 +137,7 @@ def main(
     ] = None,
 ) -> None:
     """Draw, solve twice, compare, count."""
-    _ = [effect.code for effect in LIBRARY.values()]
+    _ = [effect.kernel.address for effect in LIBRARY.values()]
     count: Counter[str] = Counter()
     worst, failed = 0.0, False
     for number in track(range(first, first + rigs), description="rigs"):

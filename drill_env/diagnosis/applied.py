@@ -13,7 +13,7 @@ from drill_env.diagnosis.late_readings import on_time, telling
 from drill_env.diagnosis.terms import Named, Shape, Term, at_rest, late_disc
 from drill_env.effects import LIBRARY
 from drill_env.effects.along import Motion, responses_along
-from drill_env.effects.declared import Declared, bundled
+from drill_env.effects.declared import Declared, bundled, declared
 from drill_env.identification.known_loads import times_inertia, with_added_inertia
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
@@ -32,7 +32,7 @@ class Tabled(Shape):
 
     def response(self, q: FloatArray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
         """The table's torques and reading errors."""
-        return responses_along(rig.replace(effects=self.effects), motion)
+        return responses_along(declared(rig.replace(effects=self.effects)), rig, motion)
 
 
 def _no_numbers(rig: Rig, motion: Motion) -> tuple[None, None]:

@@ -10,8 +10,10 @@ import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.late_readings import LATE, ahead
+from drill_env.diagnosis.rig_parameters import made_of
 from drill_env.effects import Effect, EffectParameter
-from drill_env.effects.along import Motion, made_of, response_along
+from drill_env.effects.along import Motion, responses_along
+from drill_env.effects.declared import bundled
 from drill_env.parameters import Rig
 from drill_env.parameters.rig import LOWER_LAW
 
@@ -85,7 +87,7 @@ class Named:
 
     def response(self, q: FloatArray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
         """The effect's torques and reading errors."""
-        return response_along(self.effect, self.acts_by(q), rig, motion)
+        return responses_along(bundled([(self.effect, self.acts_by(q))]), rig, motion)
 
     def acts_by(self, q: FloatArray) -> FloatArray:
         """The numbers as they act in a recording in which the disc is heavier."""

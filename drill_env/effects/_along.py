@@ -5,7 +5,7 @@ mean over the interval.
 """
 
 from drill_env._jit import entry, inlined, kernel
-from drill_env.effects._along_interval import over_interval
+from drill_env.effects._along_interval import call_over_interval
 from drill_env.effects._along_ports import ask, set_motion
 from drill_env.effects.signal import RESTING
 
@@ -58,7 +58,7 @@ def begin_anew(p, e, s, out, t, motion, u):
 
 
 @entry
-def follow(p, e, s, out, t, u, motion, restarts, z, torques, rows, kept):
+def follow(p, e, s, out, over, t, u, motion, restarts, z, torques, rows, kept):
     """Mean torques that an effect gives over each held interval of a known motion.
 
     Args:
@@ -66,6 +66,7 @@ def follow(p, e, s, out, t, u, motion, restarts, z, torques, rows, kept):
         e: record of `ENTRY`.
         s: record of `SIGNAL`.
         out: record of `PORTS`.
+        over: address of `over_interval`.
         t: times in s, shape (n,).
         u: held voltages in V, shape (n,).
         motion: twist, omega_u, omega_l, theta_l at the times in its first columns, shape (n, 6).
@@ -97,5 +98,6 @@ def follow(p, e, s, out, t, u, motion, restarts, z, torques, rows, kept):
         dwell = s.dwell_l
         if e.delayed:
             e.u_late = late_voltage(t, u, k, first, e.delay, before)
-        over_interval(p, e, s, out, begin, rate, t[k], dt, u[k], rest, torques[k])
+        mean = torques[k]
+        call_over_interval(over, p, e, s, out, begin, rate, t[k], dt, u[k], rest, mean)
         s.dwell_l = dwell + rested

@@ -28,7 +28,7 @@ _SHARE, _MOST = 1.0, 1000
 
 
 @inlined
-def relax(p, e, s, out, h, mean):
+def relax(p, e, s, out, h, mean, share):
     """Carry one inner state over `h` s in the signal at their middle, and add the mean torques.
 
     The exponential midpoint step (Hochbruck and Ostermann, Acta Numerica 19, 2010): whatever is
@@ -45,8 +45,8 @@ def relax(p, e, s, out, h, mean):
     gone = 0.5 - shares / 6.0 if abs(shares) < 1e-4 else (1.0 - left_over) / shares
     e.z[0] = kept + h * rate * gone
     ask(p, e, s, out)
-    mean[0] += torque_on_upper(p, s, out)
-    mean[1] += torque_on_lower(p, s, out)
+    mean[0] += share * torque_on_upper(p, s, out)
+    mean[1] += share * torque_on_lower(p, s, out)
     e.z[0] = kept + h * rate * left_over
 
 
@@ -127,7 +127,7 @@ def between(p, e, s, out, begin, rate, t, dwell, dt, u, cuts, mean):
         low = high
 
 
-@inlined
+@unit(_OVER)
 def over_interval(p, e, s, out, begin, rate, t, dt, u, z, mean):
     """Carry the inner states of an effect over an interval of `dt` s from `t`.
 
@@ -170,21 +170,12 @@ def over_interval(p, e, s, out, begin, rate, t, dt, u, z, mean):
             break
         s.t, s.dwell_l = t + (k + 0.5) * h, dwell + (k + 0.5) * h
         move(p, e, s, begin, rate, (k + 0.5) * h, u)
-        z[0, 0] = z[0, 1] = 0.0
-        relax(p, e, s, out, h, z[0])
-        mean[0] += z[0, 0] / n
-        mean[1] += z[0, 1] / n
+        relax(p, e, s, out, h, mean, 1.0 / n)
     if e.drives:
         # Carried on relative to the disc, whose speed a filter may move.
         e.z[1] -= begin[1] + dt * rate[1]
     s.choose = 0
 
 
-@unit(_OVER)
-def over_interval_alone(p, e, s, out, begin, rate, t, dt, u, z, mean):
-    """`over_interval` for kernels that are large themselves."""
-    over_interval(p, e, s, out, begin, rate, t, dt, u, z, mean)
-
-
 call_over_interval = caller(_OVER)
-"""For kernels: `call_over_interval(address of over_interval_alone, *arguments)`."""
+"""For kernels: `call_over_interval(address of over_interval, *arguments)`."""

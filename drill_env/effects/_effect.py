@@ -163,19 +163,9 @@ class Effect:
         return self.forgets and not reads(self.kernel, "t", "theta_u", "theta_l")
 
     @property
-    def follows_time(self) -> bool:
-        """Whether it may change while nothing moves: it reads the time or the dwell."""
-        return reads(self.kernel, "t", "dwell_l")
-
-    @property
     def holds(self) -> bool:
         """Whether it changes the friction, and so what a disc at rest withstands."""
         return reads(self.kernel, "size_u", "size_l", "scale_u", "scale_l")
-
-    @property
-    def code(self) -> int:
-        """What the compiled code calls it by, in this process."""
-        return self.kernel.address
 
     def vector(self, values: dict[str, float]) -> FloatArray:
         """Its parameters as the kernel reads them.

@@ -8,7 +8,6 @@ from drill_env.effects.signal import response
 COORDINATES = (
     "time", "voltage", "theta_u", "theta_l", "twist", "omega_u", "omega_l", "omega_u - omega_l",
 )  # fmt: skip
-TIME, VOLTAGE, THETA_U, THETA_L, TWIST, OMEGA_U, OMEGA_L = range(7)
 
 ACTIONS = (
     "torque_u", "torque_l", "string", "friction_u", "friction_l", "angle_u", "angle_l", "drive_u",
@@ -25,21 +24,8 @@ COORDINATE, ACTION, COUNT, PERIOD = range(4)
 @inlined
 def coordinate_of(which, s):
     """Value of coordinate number `which`."""
-    if which == TIME:
-        return s.t
-    if which == VOLTAGE:
-        return s.u
-    if which == THETA_U:
-        return s.theta_u
-    if which == THETA_L:
-        return s.theta_l
-    if which == TWIST:
-        return s.twist
-    if which == OMEGA_U:
-        return s.omega_u
-    if which == OMEGA_L:
-        return s.omega_l
-    return s.omega_u - s.omega_l
+    slip = s.omega_u - s.omega_l
+    return (s.t, s.u, s.theta_u, s.theta_l, s.twist, s.omega_u, s.omega_l, slip)[which]
 
 
 @kernel

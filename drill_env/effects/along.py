@@ -3,36 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from drill_env._types import FloatArray, IntArray
-from drill_env.effects import Effect
 from drill_env.effects._along import follow
 from drill_env.effects._along_interval import call_over_interval as call_over_interval
-from drill_env.effects._along_interval import over_interval_alone as over_interval_alone
-from drill_env.effects._effect import reads
-from drill_env.effects.declared import Declared, bundled, declared
+from drill_env.effects._along_interval import over_interval as over_interval
+from drill_env.effects.declared import Declared, declared
 from drill_env.effects.readings import errors_of
 from drill_env.effects.signal import ENTRY, MOST_STATES, PORTS, SIGNAL, number_places
 from drill_env.friction import kernel_record
 from drill_env.parameters import Rig
-from drill_env.parameters.rig import LOWER_LAW
-
-# What an effect's function mentions where its torque along a known motion depends on a parameter of
-# the rig: the parameter itself, or a port or field that has to do with it. A friction more or less
-# is no larger than what pulls at a disc that rests.
-_DRIVE, _UPPER, _LOWER = {"drive", "inertia_u"}, {"size_u", "scale_u"}, {"scale_l", "read_l"}
-_MENTIONS = {
-    **dict.fromkeys(("Tsu", "dTsu", "bu", "dbu"), _DRIVE | {"scale_u", "friction_u"}),
-    **dict.fromkeys(LOWER_LAW, _LOWER | {"friction_l"}),
-    "km": _DRIVE | _UPPER | {"volts"},
-    "ktheta": _DRIVE | _UPPER | _LOWER | {"size_l", "pull"},
-    "Ju": _DRIVE,
-    "Jl": set[str](),
-}
 
 _NO_ROWS: IntArray = np.zeros(0, dtype=np.int64)
 
@@ -61,33 +44,22 @@ class Motion:
         return np.column_stack([self.states[:, 0] + self.states[:, 3], self.states[:, 3]])
 
 
-@cache
-def made_of(effect: Effect) -> tuple[str, ...]:
-    """Parameters of the rig that an effect's torques along a known motion depend on."""
-    return tuple(name for name in _MENTIONS if reads(effect.kernel, name, *_MENTIONS[name]))
-
-
 def joined(*parts: Declared) -> Declared:
     """Several bundles as one, in their order but for a drive, which comes last.
 
     The parts must live as long: the entries hold addresses of their tables.
     """
-    entries = np.zeros(sum(len(part.entries) for part in parts), dtype=ENTRY)
-    for place, entry in enumerate(entry for part in parts for entry in part.entries):
-        entries[place] = entry
+    entries = np.concatenate([part.entries for part in parts], dtype=ENTRY)
     entries = entries[np.argsort(entries["drives"], kind="stable")]
     number_places(entries)
     return Declared(entries, tuple(table for part in parts for table in part.tables))
 
 
-def response_along(
-    effect: Effect, q: FloatArray, rig: Rig, motion: Motion
-) -> tuple[FloatArray, FloatArray]:
-    """Torques and encoder errors of an effect.
+def responses_along(effects: Declared, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
+    """Torques and encoder errors of effects, their sum.
 
     Args:
-        effect: of `drill_env.effects.LIBRARY`.
-        q: its parameters in their order.
+        effects: of `declared` or `bundled`.
         rig: parameters of the rig.
         motion: how the rig moved, taken as straight between the rows.
 
@@ -95,25 +67,20 @@ def response_along(
         Mean torques (Nm) on the upper and lower disc over the interval after each row and errors
         (rad) of theta_u and theta_l at each row, both of shape (n, 2).
     """
-    return _responses(bundled([(effect, q)]), rig, motion)
+    torques = np.zeros((len(motion.t), 2))
+    for entry in effects.entries[effects.entries["senses"] == 0]:
+        torques += _followed(entry, rig, motion, _NO_ROWS)[0]
+    return torques, reading_errors(effects, rig, motion)
 
 
-def responses_along(rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """As `response_along`, the sum over a rig's effects.
-
-    Raises:
-        InputError: an effect of the rig is wrong.
-    """
-    return _responses(declared(rig), rig, motion)
-
-
-def reading_errors(rig: Rig, motion: Motion) -> FloatArray:
-    """Errors (rad) that the rig's effects give to theta_u and theta_l, shape (n, 2).
-
-    Raises:
-        InputError: an effect of the rig is wrong.
-    """
-    return _errors(declared(rig), rig, motion)
+def reading_errors(effects: Declared, rig: Rig, motion: Motion) -> FloatArray:
+    """Errors (rad) that effects give to the readings of theta_u and theta_l, shape (n, 2)."""
+    senses = effects.entries[effects.entries["senses"] != 0]
+    if not len(senses):
+        return np.zeros((len(motion.t), 2))
+    inner = _inner(effects, senses, rig, motion, np.arange(len(motion.t)))
+    late = np.stack([late_angles(motion, delay) for delay in effects.encoder_delays], axis=1)
+    return errors_of(kernel_record(rig), effects.entries, motion.t, motion.states, inner, late)
 
 
 def inner_states(rig: Rig, motion: Motion, rows: IntArray) -> FloatArray:
@@ -145,22 +112,6 @@ def late_angles(motion: Motion, delay: float) -> FloatArray:
     return known(np.maximum(t - delay, t[first]))
 
 
-def _responses(effects: Declared, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
-    torques = np.zeros((len(motion.t), 2))
-    for entry in effects.entries[effects.entries["senses"] == 0]:
-        torques += _followed(entry, rig, motion, _NO_ROWS)[0]
-    return torques, _errors(effects, rig, motion)
-
-
-def _errors(effects: Declared, rig: Rig, motion: Motion) -> FloatArray:
-    senses = effects.entries[effects.entries["senses"] != 0]
-    if not len(senses):
-        return np.zeros((len(motion.t), 2))
-    inner = _inner(effects, senses, rig, motion, np.arange(len(motion.t)))
-    late = np.stack([late_angles(motion, delay) for delay in effects.encoder_delays], axis=1)
-    return errors_of(kernel_record(rig), effects.entries, motion.t, motion.states, inner, late)
-
-
 def _inner(
     effects: Declared, wanted: np.ndarray, rig: Rig, motion: Motion, rows: IntArray
 ) -> FloatArray:
@@ -179,7 +130,7 @@ def _followed(
     signal, ports = np.zeros(1, dtype=SIGNAL)[0], np.zeros(1, dtype=PORTS)[0]
     torques, kept = np.zeros((len(motion.t), 2)), np.zeros((len(rows), int(entry["states"])))
     follow(
-        kernel_record(rig)[0], entry, signal, ports, motion.t, motion.u, motion.states,
-        motion.restarts, np.zeros((11, MOST_STATES)), torques, rows, kept,
+        kernel_record(rig)[0], entry, signal, ports, over_interval.address, motion.t, motion.u,
+        motion.states, motion.restarts, np.zeros((11, MOST_STATES)), torques, rows, kept,
     )  # fmt: skip
     return torques, kept

@@ -220,13 +220,13 @@ def _row(entry: Mapping[str, Any], rig: Rig) -> _Row:
 
 def _entry(effect: Effect, numbers: FloatArray) -> _Row:
     entry = np.zeros((), dtype=ENTRY)
-    entry["code"], entry["senses"] = effect.code, effect.senses
+    entry["code"], entry["senses"] = effect.kernel.address, effect.senses
     entry["idle"] = effect.senses and not effect.states
     entry["states"], entry["switches"] = effect.states, effect.switches
     entry["drives"] = effect.replaces_balance
     entry["upper"], entry["delayed"] = effect.equation == "upper", bool(effect.delay)
-    entry["timed"], entry["only_at_rest"] = effect.follows_time, effect.only_at_rest
-    entry["sided"] = reads(effect.kernel, *SIDES)
+    entry["timed"] = reads(effect.kernel, "t", "dwell_l")
+    entry["sided"], entry["only_at_rest"] = reads(effect.kernel, *SIDES), effect.only_at_rest
     entry["reads_law"] = reads(effect.kernel, "friction_l")
     entry["moves_law"] = reads(effect.kernel, "read_l")
     entry["q"][: len(numbers)] = numbers

@@ -40,16 +40,9 @@ def fastest_rate(p, e, s, out, slopes):
 
 @entry
 def slopes_when(p, e, s, out, speed, far, slopes):
-    """The Jacobian of the rates where both discs turn at a speed (rad/s) or rest.
+    """The Jacobian of the rates where the discs turn at `speed` and half of it (rad/s), or rest.
 
-    Args:
-        p: record of `PARAMETERS`.
-        e: record of `ENTRY`.
-        s: record of `SIGNAL`.
-        out: record of `PORTS`.
-        speed: of the upper disc, twice that of the lower one; 0 for rest.
-        far: by which the inner states are moved.
-        slopes: shape (5, MOST_STATES), which begins with the Jacobian.
+    The inner states are moved by `far`; `slopes`, shape (5, MOST_STATES), begins with the Jacobian.
     """
     set_motion(p, s, speed, speed, 0.5 * speed, 0.0, 0.0)
     s.choose = s.first = 1

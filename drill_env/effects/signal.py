@@ -12,49 +12,38 @@ SIGNAL = np.dtype(
         ("first", "i8"),  # 1 where the inner states take their first values
         ("choose", "i8"),  # 1 where branches follow their functions at once
         ("settle", "i8"),  # 1 where a switch has just closed: it may put to rest what it ends
-        ("rest_u", "i8"),  # whether the disc sticks
-        ("rest_l", "i8"),
+        ("rest_u", "i8"), ("rest_l", "i8"),  # whether the disc sticks
         ("t", "f8"),  # since the start, s
-        ("u", "f8"),  # voltage asked for, V
-        ("u_rate", "f8"),  # V/s
-        ("theta_u", "f8"),
-        ("theta_l", "f8"),
-        ("twist", "f8"),
-        ("omega_u", "f8"),
-        ("omega_l", "f8"),
-        ("side_u", "f8"),  # slip direction, -1 or 1; of a disc at rest, where it would leave to
-        ("side_l", "f8"),
-        ("speed_u", "f8"),  # along that direction, 0 at rest
-        ("speed_l", "f8"),
+        ("u", "f8"), ("u_rate", "f8"),  # voltage asked for, V, and its rate, V/s
+        ("theta_u", "f8"), ("theta_l", "f8"), ("twist", "f8"), ("omega_u", "f8"), ("omega_l", "f8"),
+        # Slip direction, -1 or 1; of a disc at rest, where it would leave to.
+        ("side_u", "f8"), ("side_l", "f8"),
+        ("speed_u", "f8"), ("speed_l", "f8"),  # along that direction, 0 at rest
         ("pull", "f8"),  # torque of the string by the rig's own stiffness, Nm
-        ("friction_u", "f8"),  # sizes of the rig's own friction torques at these speeds, Nm
-        ("friction_l", "f8"),
-        ("other_u", "f8"),  # torques of other effects, where these are asked one by one, Nm
-        ("other_l", "f8"),
+        # Sizes of the rig's own friction torques at these speeds, Nm.
+        ("friction_u", "f8"), ("friction_l", "f8"),
+        # Torques of other effects, where these are asked one by one, Nm.
+        ("other_u", "f8"), ("other_l", "f8"),
         ("dwell_l", "f8"),  # time for which the lower disc has been at rest, s
     ],
     align=True,
-)
+)  # fmt: skip
 """State of the rig at one instant."""
 
 PORTS = np.dtype(
     [
         ("volts", "f8"),  # added to the voltage, V
         ("drive", "f8"),  # share of the motor's torque that reaches the disc itself
-        ("torque_u", "f8"),  # on the upper disc, Nm
-        ("torque_l", "f8"),
+        ("torque_u", "f8"), ("torque_l", "f8"),  # on the discs, Nm
         ("string", "f8"),  # added to the torque of the string, Nm
-        ("size_u", "f8"),  # added to the size of the friction, Nm
-        ("size_l", "f8"),
-        ("scale_u", "f8"),  # the same as a share of the rig's own law
-        ("scale_l", "f8"),
+        ("size_u", "f8"), ("size_l", "f8"),  # added to the size of the friction, Nm
+        ("scale_u", "f8"), ("scale_l", "f8"),  # the same as a share of the rig's own law
         ("read_l", "f8"),  # speed at which the lower law is read, rad/s
         ("inertia_u", "f8"),  # added to the upper disc, kg m^2
-        ("angle_u", "f8"),  # errors of the encoders, rad
-        ("angle_l", "f8"),
+        ("angle_u", "f8"), ("angle_l", "f8"),  # errors of the encoders, rad
     ],
     align=True,
-)
+)  # fmt: skip
 """Where an effect enters the equations of motion; each adds to what is already there."""
 
 MOST_NUMBERS, MOST_STATES, MOST_SWITCHES = 8, 4, 5
@@ -73,27 +62,21 @@ ENTRY = np.dtype(
         ("moves_law", "i8"),  # whether it has the lower law read at another speed
         ("drives", "i8"),  # whether it puts a motor of its own between voltage and disc
         ("paced", "i8"),  # whether the motion sets how fast its inner states relax
-        ("upper", "i8"),  # whether it acts on the upper disc alone
-        ("only_at_rest", "i8"),  # whether it acts on a disc at rest alone
-        ("states", "i8"),
-        ("switches", "i8"),
-        ("first_state", "i8"),  # its places among those of all effects
-        ("first_switch", "i8"),
+        ("upper", "i8"), ("only_at_rest", "i8"),  # whether on the upper disc, on one at rest alone
+        ("states", "i8"), ("switches", "i8"),  # how many, and the first ones' places among those
+        ("first_state", "i8"), ("first_switch", "i8"),  # of all effects
         ("delay", "f8"),  # by which it reads the past, s
         ("hertz", "f8"),  # at which it swings with time alone, 0 if it does not
         ("table", "i8"),  # address of knots and values of a measured curve
         ("q", "f8", (MOST_NUMBERS,)),  # its numbers
-        ("z", "f8", (MOST_STATES,)),  # its inner states
-        ("rate", "f8", (MOST_STATES,)),  # and their rates
+        ("z", "f8", (MOST_STATES,)), ("rate", "f8", (MOST_STATES,)),  # inner states and their rates
         ("side", "i8", (MOST_SWITCHES,)),  # branch that each switch is on
         ("gap", "f8", (MOST_SWITCHES,)),  # the branch ends where this turns negative
         ("next", "i8", (MOST_SWITCHES,)),  # and this one follows
-        ("u_late", "f8"),  # voltage and angles its delay ago
-        ("theta_u_late", "f8"),
-        ("theta_l_late", "f8"),
+        ("u_late", "f8"), ("theta_u_late", "f8"), ("theta_l_late", "f8"),  # its delay ago
     ],
     align=True,
-)
+)  # fmt: skip
 """One declared effect with its working place."""
 
 

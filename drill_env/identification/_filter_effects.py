@@ -37,7 +37,7 @@ class Acting(NamedTuple):
     motion: FloatArray  # begin, rates and rates of the interval's first part
     mean: FloatArray
     z: FloatArray
-    over_interval: int  # address of `over_interval_alone`, 0 where nothing acts
+    over_interval: int  # address of `over_interval`, 0 where nothing acts
     only_at_rest: bool  # whether all of them act on a disc at rest alone
 
 

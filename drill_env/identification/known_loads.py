@@ -172,7 +172,7 @@ def known_force(
     nothing = np.zeros_like(angle)
     states = np.stack([angle, velocity, nothing, nothing, acceleration, nothing], axis=1)
     along = Motion(recording.t, recording.channel("u"), states, np.array([0]))
-    after = responses_along(rig.replace(effects=effects), along)[0][:, 0]
+    after = responses_along(declared(rig.replace(effects=effects)), rig, along)[0][:, 0]
     after[-1] = after[-2]
     # That of the row lies between the means over the intervals on both sides.
     return force + 0.5 * (after + np.append(after[0], after[:-1]))

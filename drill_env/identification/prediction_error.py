@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drill_env._types import BoolArray, FloatArray, IntArray
-from drill_env.effects.along import joined, over_interval_alone
+from drill_env.effects.along import joined, over_interval
 from drill_env.effects.declared import Declared
 from drill_env.effects.signal import MOST_STATES, PORTS, SIGNAL
 from drill_env.friction import kernel_record
@@ -135,7 +135,7 @@ def _acting(effects: Declared) -> Acting:
     return Acting(
         effects.entries, discs, memory, memory.copy(), memory.copy(), np.zeros(1, dtype=SIGNAL),
         np.zeros(1, dtype=PORTS), np.zeros((2, 4)), np.zeros(2), np.zeros((5, MOST_STATES)),
-        over_interval_alone.address if len(effects.entries) else 0,
+        over_interval.address if len(effects.entries) else 0,
         bool(effects.entries["only_at_rest"].all()),
     )  # fmt: skip
 

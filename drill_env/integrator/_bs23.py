@@ -5,12 +5,10 @@ The filter integrates from sample to sample; a higher order buys it digits below
 
 from math import sqrt
 
-from numba import int64
-
-from drill_env._jit import inlined, kernel, unit
-from drill_env.integrator._stage import along, column_rates, fill_forces, keep_stage, weighed
-from drill_env.integrator._step import scaled
-from drill_env.integrator.records import N_STATE
+from drill_env._jit import unit
+from drill_env.integrator._step import along, keep_stage, scaled, weighed
+from drill_env.integrator._variational import column_rates, fill_forces
+from drill_env.integrator.records import N_STATE, THETA_L
 from drill_env.integrator.signatures import FILL, STEP
 
 STAGES = 3
@@ -20,32 +18,21 @@ A1, A2, B, E = (1 / 2,), (3 / 4,), (2 / 9, 1 / 3, 4 / 9), (5 / 72, -1 / 12, -1 /
 P2, P3 = (-4 / 3, 1.0, 4 / 3, -1.0), (5 / 9, -2 / 3, -8 / 9, 1.0)
 
 
-@kernel
-def bs23_stages(p, run, work, tab, h):
-    """Fill stages 1 to 3 of a step of `h` s."""
-    ys, k = work.ys, work.k
-    y, k0 = (ys[0, 0], ys[0, 1], ys[0, 2]), (k[0, 0], k[0, 1], k[0, 2])
-    k1 = keep_stage(p, run, work, tab, h, int64(1), along(y, h, A1, (k0,)))
-    k2 = keep_stage(p, run, work, tab, h, int64(2), along(y, h, A2, (k1,)))
-    ys[STAGES, 3] = ys[0, 3] + h * weighed(B, (k[0, 3], k[1, 3], k[2, 3]))
-    end = along(y, h, B, (k0, k1, k2))
-    keep_stage(p, run, work, tab, h, int64(STAGES), end)
-
-
-@inlined
-def squared_error(work, i):
-    """Square of the scaled error of a component, before the step's length."""
-    k = work.k
-    return (weighed(E, (k[0, i], k[1, i], k[2, i], k[3, i])) * scaled(work, i, STAGES)) ** 2
-
-
 @unit(STEP)
 def bs23_step(p, run, work, tab, h):
     """Fill the stages; returns the scaled error, of which at most 1 is accepted."""
-    bs23_stages(p, run, work, tab, h)
-    total = squared_error(work, 0) + squared_error(work, 1) + squared_error(work, 2)
-    for r in range(N_STATE, N_STATE + work.inner):
-        total += squared_error(work, r)
+    ys, k = work.ys, work.k
+    y, k0 = (ys[0, 0], ys[0, 1], ys[0, 2]), (k[0, 0], k[0, 1], k[0, 2])
+    k1 = keep_stage(p, run, work, tab, h, 1, along(y, h, A1, (k0,)))
+    k2 = keep_stage(p, run, work, tab, h, 2, along(y, h, A2, (k1,)))
+    ys[STAGES, 3] = ys[0, 3] + h * weighed(B, (k[0, 3], k[1, 3], k[2, 3]))
+    end = along(y, h, B, (k0, k1, k2))
+    keep_stage(p, run, work, tab, h, STAGES, end)
+    total = 0.0
+    for i in range(N_STATE + work.inner):
+        if i != THETA_L:
+            rates = k[0, i], k[1, i], k[2, i], k[3, i]
+            total += (weighed(E, rates) * scaled(work, i, STAGES)) ** 2
     return h * sqrt(total / (3.0 + work.inner))
 
 

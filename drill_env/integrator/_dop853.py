@@ -2,12 +2,10 @@
 
 from math import sqrt
 
-from numba import int64
 from scipy.integrate import DOP853
 
-from drill_env._jit import kernel, unit
-from drill_env.integrator._stage import along, keep_stage
-from drill_env.integrator._step import fill_rates, scaled
+from drill_env._jit import unit
+from drill_env.integrator._step import along, fill_rates, keep_stage, scaled, weighed
 from drill_env.integrator.records import N_STATE, THETA_L
 from drill_env.integrator.signatures import FILL, STEP
 
@@ -20,46 +18,37 @@ A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, A11, B = (
 )
 
 
-@kernel
-def dop853_stages(p, run, work, tab, h):
-    """Fill stages 1 to 12 of a step of `h` s."""
-    ys, k = work.ys, work.k
-    y, k0 = (ys[0, 0], ys[0, 1], ys[0, 2]), (k[0, 0], k[0, 1], k[0, 2])
-    k1 = keep_stage(p, run, work, tab, h, int64(1), along(y, h, A1, (k0,)))
-    k2 = keep_stage(p, run, work, tab, h, int64(2), along(y, h, A2, (k0, k1)))
-    k3 = keep_stage(p, run, work, tab, h, int64(3), along(y, h, A3, (k0, k2)))
-    k4 = keep_stage(p, run, work, tab, h, int64(4), along(y, h, A4, (k0, k2, k3)))
-    k5 = keep_stage(p, run, work, tab, h, int64(5), along(y, h, A5, (k0, k3, k4)))
-    k6 = keep_stage(p, run, work, tab, h, int64(6), along(y, h, A6, (k0, k3, k4, k5)))
-    k7 = keep_stage(p, run, work, tab, h, int64(7), along(y, h, A7, (k0, k3, k4, k5, k6)))
-    k8 = keep_stage(p, run, work, tab, h, int64(8), along(y, h, A8, (k0, k3, k4, k5, k6, k7)))
-    k9 = keep_stage(p, run, work, tab, h, int64(9), along(y, h, A9, (k0, k3, k4, k5, k6, k7, k8)))
-    end = along(y, h, A10, (k0, k3, k4, k5, k6, k7, k8, k9))
-    k10 = keep_stage(p, run, work, tab, h, int64(10), end)
-    end = along(y, h, A11, (k0, k3, k4, k5, k6, k7, k8, k9, k10))
-    k11 = keep_stage(p, run, work, tab, h, int64(11), end)
-    end = along(y, h, B, (k0, k5, k6, k7, k8, k9, k10, k11))
-    keep_stage(p, run, work, tab, h, int64(LAST), end)
-    angle = B[0] * k[0, 3]
-    for j in range(1, len(B)):
-        angle += B[j] * k[FIRST_USED - 1 + j, 3]
-    ys[LAST, 3] = ys[0, 3] + h * angle
-
-
 @unit(STEP)
 def dop853_step(p, run, work, tab, h):
     """Fill the stages; returns the scaled error, of which at most 1 is accepted."""
-    dop853_stages(p, run, work, tab, h)
-    n, k = tab.stages, work.k
+    ys, k = work.ys, work.k
+    y, k0 = (ys[0, 0], ys[0, 1], ys[0, 2]), (k[0, 0], k[0, 1], k[0, 2])
+    k1 = keep_stage(p, run, work, tab, h, 1, along(y, h, A1, (k0,)))
+    k2 = keep_stage(p, run, work, tab, h, 2, along(y, h, A2, (k0, k1)))
+    k3 = keep_stage(p, run, work, tab, h, 3, along(y, h, A3, (k0, k2)))
+    k4 = keep_stage(p, run, work, tab, h, 4, along(y, h, A4, (k0, k2, k3)))
+    k5 = keep_stage(p, run, work, tab, h, 5, along(y, h, A5, (k0, k3, k4)))
+    k6 = keep_stage(p, run, work, tab, h, 6, along(y, h, A6, (k0, k3, k4, k5)))
+    k7 = keep_stage(p, run, work, tab, h, 7, along(y, h, A7, (k0, k3, k4, k5, k6)))
+    k8 = keep_stage(p, run, work, tab, h, 8, along(y, h, A8, (k0, k3, k4, k5, k6, k7)))
+    k9 = keep_stage(p, run, work, tab, h, 9, along(y, h, A9, (k0, k3, k4, k5, k6, k7, k8)))
+    end = along(y, h, A10, (k0, k3, k4, k5, k6, k7, k8, k9))
+    k10 = keep_stage(p, run, work, tab, h, 10, end)
+    end = along(y, h, A11, (k0, k3, k4, k5, k6, k7, k8, k9, k10))
+    k11 = keep_stage(p, run, work, tab, h, 11, end)
+    end = along(y, h, B, (k0, k5, k6, k7, k8, k9, k10, k11))
+    keep_stage(p, run, work, tab, h, LAST, end)
+    turns = k[0, 3], k[5, 3], k[6, 3], k[7, 3], k[8, 3], k[9, 3], k[10, 3], k[11, 3]
+    ys[LAST, 3] = ys[0, 3] + h * weighed(B, turns)
     high2 = low2 = 0.0
     for i in range(N_STATE + work.inner):
         if i == THETA_L:
             continue
         high, low = tab.error_high[0] * k[0, i], tab.error_low[0] * k[0, i]
-        for j in range(FIRST_USED, n + 1):
+        for j in range(FIRST_USED, LAST + 1):
             high += tab.error_high[j] * k[j, i]
             low += tab.error_low[j] * k[j, i]
-        scale = scaled(work, i, n)
+        scale = scaled(work, i, LAST)
         high2 += (high * scale) ** 2
         low2 += (low * scale) ** 2
     if high2 == 0.0:

@@ -7,13 +7,12 @@ coefficient from memory.
 from math import sqrt
 
 import numpy as np
-from numba import int64
 from scipy.integrate import RK45
 
-from drill_env._jit import inlined, kernel, unit
-from drill_env.integrator._stage import along, column_rates, fill_forces, keep_stage, weighed
-from drill_env.integrator._step import scaled
-from drill_env.integrator.records import N_STATE
+from drill_env._jit import unit
+from drill_env.integrator._step import along, keep_stage, scaled, weighed
+from drill_env.integrator._variational import column_rates, fill_forces
+from drill_env.integrator.records import N_STATE, THETA_L
 from drill_env.integrator.signatures import FILL, STEP
 
 LAST = 6
@@ -26,37 +25,24 @@ E = tuple(map(float, np.delete(RK45.E, 1)))
 P2, P3, P4 = (tuple(map(float, np.delete(column, 1))) for column in RK45.P.T[1:])
 
 
-@kernel
-def dopri5_stages(p, run, work, tab, h):
-    """Fill stages 1 to 6 of a step of `h` s."""
-    ys, k = work.ys, work.k
-    y, k0 = (ys[0, 0], ys[0, 1], ys[0, 2]), (k[0, 0], k[0, 1], k[0, 2])
-    k1 = keep_stage(p, run, work, tab, h, int64(1), along(y, h, A1, (k0,)))
-    k2 = keep_stage(p, run, work, tab, h, int64(2), along(y, h, A2, (k0, k1)))
-    k3 = keep_stage(p, run, work, tab, h, int64(3), along(y, h, A3, (k0, k1, k2)))
-    k4 = keep_stage(p, run, work, tab, h, int64(4), along(y, h, A4, (k0, k1, k2, k3)))
-    k5 = keep_stage(p, run, work, tab, h, int64(5), along(y, h, A5, (k0, k1, k2, k3, k4)))
-    ys[LAST, 3] = ys[0, 3] + h * weighed(B, (k[0, 3], k[2, 3], k[3, 3], k[4, 3], k[5, 3]))
-    end = along(y, h, B, (k0, k2, k3, k4, k5))
-    keep_stage(p, run, work, tab, h, int64(LAST), end)
-
-
-@inlined
-def squared_error(work, i):
-    """Square of the scaled error of a component, before the step's length."""
-    k = work.k
-    return (
-        weighed(E, (k[0, i], k[2, i], k[3, i], k[4, i], k[5, i], k[6, i])) * scaled(work, i, LAST)
-    ) ** 2
-
-
 @unit(STEP)
 def dopri5_step(p, run, work, tab, h):
     """Fill the stages; returns the scaled error, of which at most 1 is accepted."""
-    dopri5_stages(p, run, work, tab, h)
-    total = squared_error(work, 0) + squared_error(work, 1) + squared_error(work, 2)
-    for r in range(N_STATE, N_STATE + work.inner):
-        total += squared_error(work, r)
+    ys, k = work.ys, work.k
+    y, k0 = (ys[0, 0], ys[0, 1], ys[0, 2]), (k[0, 0], k[0, 1], k[0, 2])
+    k1 = keep_stage(p, run, work, tab, h, 1, along(y, h, A1, (k0,)))
+    k2 = keep_stage(p, run, work, tab, h, 2, along(y, h, A2, (k0, k1)))
+    k3 = keep_stage(p, run, work, tab, h, 3, along(y, h, A3, (k0, k1, k2)))
+    k4 = keep_stage(p, run, work, tab, h, 4, along(y, h, A4, (k0, k1, k2, k3)))
+    k5 = keep_stage(p, run, work, tab, h, 5, along(y, h, A5, (k0, k1, k2, k3, k4)))
+    ys[LAST, 3] = ys[0, 3] + h * weighed(B, (k[0, 3], k[2, 3], k[3, 3], k[4, 3], k[5, 3]))
+    end = along(y, h, B, (k0, k2, k3, k4, k5))
+    keep_stage(p, run, work, tab, h, LAST, end)
+    total = 0.0
+    for i in range(N_STATE + work.inner):
+        if i != THETA_L:
+            rates = k[0, i], k[2, i], k[3, i], k[4, i], k[5, i], k[6, i]
+            total += (weighed(E, rates) * scaled(work, i, LAST)) ** 2
     return h * sqrt(total / (3.0 + work.inner))
 
 

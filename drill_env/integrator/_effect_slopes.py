@@ -4,8 +4,6 @@ Partial derivatives are complex steps of the equations of motion in the modes an
 step (Squire and Trapp, SIAM Review 40, 1998): exact to rounding.
 """
 
-from numba import int64
-
 from drill_env._jit import kernel, placed, store_number, unit
 from drill_env.effects.signal import ENTRY_SLOPES, clear_ports
 from drill_env.friction.kernels import gradient_of, shares, sliding_of, slope_of
@@ -58,9 +56,13 @@ def law_slope(p, run, c, column, speed):
 
 
 @kernel
-def set_signal(p, run, work, c, row, column, t, moves):
-    """State of a row with its steps along `c.along`, and the signal of an instant."""
-    s = c.signal
+def column_rates(p, run, work, c, row, column, t, moves):
+    """Rates and event functions in a row, with their derivative along `c.along`.
+
+    `column` says which number has been given its step besides, `_TIME` none; `moves` is the step of
+    the time.
+    """
+    s, out = c.signal, c.ports
     for r in range(N_STATE + work.inner):
         c.y[r] = work.ys[row, r] + _STEP * c.along[r]
     slope = voltage_slope(work, t)
@@ -70,17 +72,6 @@ def set_signal(p, run, work, c, row, column, t, moves):
     if s.rest_l and column >= 0:
         s.dwell_l -= _STEP * c.since[column]
     s.friction_l = law_slope(p, run, c, column, s.speed_l)
-
-
-@kernel
-def column_rates(p, run, work, c, row, column, t, moves):
-    """Rates and event functions in a row, with their derivative along `c.along`.
-
-    `column` says which number has been given its step besides, `_TIME` none; `moves` is the step of
-    the time.
-    """
-    set_signal(p, run, work, c, row, column, t, moves)
-    s, out = c.signal, c.ports
     clear_ports(out, s)
     for i in range(work.acting):
         e = entry_at(c.entries, i)
@@ -107,7 +98,7 @@ def carry_with_effects(p, run, work, tab, h):
                     rise += tab.a[i, j] * c.rates[j, r, column]
                 c.along[r] = c.sens[r, column] + h * rise
             if i < tab.stages:
-                column_rates(p, run, work, c, int64(i), column, run.t + tab.c[i] * h, 0.0)
+                column_rates(p, run, work, c, i, column, run.t + tab.c[i] * h, 0.0)
                 for r in range(rows):
                     c.rates[i, r, column] = c.k[r].imag / _SMALL
         for r in range(rows):
@@ -134,16 +125,16 @@ def mark_event(p, run, work, tab, which, u):
         for r in range(N_STATE + work.inner):
             c.along[r] = c.before[r]
         set_step(work, c, _TIME)
-        column_rates(p, run, work, c, int64(SPARE), int64(_TIME), run.t, 1.0)
+        column_rates(p, run, work, c, SPARE, _TIME, run.t, 1.0)
         fall = c.gaps[which].imag / _SMALL
         for column in range(c.columns):
             for r in range(N_STATE + work.inner):
                 c.along[r] = c.sens[r, column]
             set_step(work, c, column)
-            column_rates(p, run, work, c, int64(SPARE), column, run.t, 0.0)
+            column_rates(p, run, work, c, SPARE, column, run.t, 0.0)
             change = c.gaps[which].imag / _SMALL
             c.moment[column] = -change / fall if fall != 0.0 else 0.0
-    c.stopped = int64(which < FIRST_SWITCH and run.mode[which] != 0)
+    c.stopped = 1 if which < FIRST_SWITCH and run.mode[which] != 0 else 0
     return 0
 
 
@@ -165,7 +156,7 @@ def jump_after_event(p, run, work, tab, which, u):
         if which >= FIRST_SWITCH and work.inner > 0:
             c.signal.settle = 1
             set_step(work, c, column)
-            column_rates(p, run, work, c, int64(SPARE), column, run.t, moment)
+            column_rates(p, run, work, c, SPARE, column, run.t, moment)
             c.signal.settle = 0
             for r in range(N_STATE, rows):
                 c.along[r] = c.y[r].imag / _SMALL
@@ -189,7 +180,7 @@ def first_slopes(p, run, work, tab, which, u):
         for r in range(N_STATE + work.inner):
             c.along[r] = c.sens[r, column] if r < N_STATE else 0.0
         set_step(work, c, column)
-        column_rates(p, run, work, c, int64(SPARE), column, run.t, 0.0)
+        column_rates(p, run, work, c, SPARE, column, run.t, 0.0)
         for r in range(N_STATE, N_STATE + work.inner):
             c.sens[r, column] = c.y[r].imag / _SMALL
     c.signal.choose = c.signal.first = 0

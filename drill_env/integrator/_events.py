@@ -3,13 +3,7 @@
 from math import inf
 
 from drill_env._jit import inlined, kernel
-from drill_env.integrator._roots import (
-    CLOSED,
-    asks_effects,
-    dense_event,
-    first_share,
-    stage_event,
-)
+from drill_env.integrator._roots import CLOSED, asks_effects, dense_event, first_share, stage_event
 from drill_env.integrator.records import LOWER, LOWER_LAW
 from drill_env.integrator.signatures import call_fill, call_step
 
@@ -76,9 +70,7 @@ def polish(which, p, run, work, tab, h, limit):
     Returns it, its error, and what the function is at its end, whose stages are left behind.
     """
     last, whole = tab.stages, limit
-    judged = work.acting != 0 and (
-        which > LOWER_LAW or (which < LOWER_LAW and run.mode[which] == 0)
-    )
+    judged = asks_effects(which, run, work)
     value = slope = error = 0.0
     if judged:
         # Only the effects know how the function rises; the slope need not be exact.
@@ -120,10 +112,8 @@ def first_event(p, run, work, tab, h):
             s = first_share(disc, p, run, work, tab, h)
             if s < share:
                 share, which = s, disc
-    if which < 0:
-        return which, h, 0.0
-    if share == 0.0:
-        return which, 0.0, 0.0
+    if which < 0 or share == 0.0:
+        return which, 0.0 if which >= 0 else h, 0.0
     h, error, value = polish(which, p, run, work, tab, share * h, h)
     moves = h > 1e-12 * (1.0 + abs(run.t))
     slips = work.acting != 0 and which < LOWER_LAW and run.mode[which] != 0

@@ -1,9 +1,8 @@
 """Compiled filling of the samples that lie within a step or a rest."""
 
-from drill_env._jit import inlined, kernel, store_number, store_whole
+from drill_env._jit import inlined, kernel, number_at, store_number, store_whole
 from drill_env.integrator._step import dense_at, next_sample
-from drill_env.integrator._variational import copy_sensitivity
-from drill_env.integrator.records import N_STATE
+from drill_env.integrator.records import MOST_COLUMNS, N_COLUMNS, N_STATE
 
 
 @kernel
@@ -28,6 +27,20 @@ def end_sample(run, work):
     if work.sensitivity:
         copy_sensitivity(work, run.sample)
     run.sample += 1
+
+
+@kernel
+def copy_sensitivity(work, row):
+    """Keep the present sensitivities as those of sample `row`."""
+    if work.variation != 0:
+        for r in range(N_STATE):
+            for c in range(work.width):
+                value = number_at(work.variation_at, r * MOST_COLUMNS + c)
+                store_number(work.sens_out, (row * N_STATE + r) * work.width + c, value)
+        return
+    for r in range(N_STATE):
+        for c in range(work.columns):
+            store_number(work.sens_out, (row * N_STATE + r) * N_COLUMNS + c, work.sens[r, c])
 
 
 @inlined

@@ -1,19 +1,79 @@
-"""Compiled start of a step, its length, its error and its dense output.
+"""Compiled stages of a step, its start and length, its error and its dense output.
 
 The start of the step is stage 0 of `work.ys`; the state at its end stage `tab.stages`.
 """
 
 from math import inf
+from typing import Any
+
+from numba.core import types
+from numba.extending import intrinsic
 
 from drill_env._jit import inlined, kernel, number_at
+from drill_env.dynamics.kernels import lower_rate_with, upper_rate
 from drill_env.effects.pace import REACH
-from drill_env.integrator._stage import keep_stage
+from drill_env.integrator._voltage_piece import voltage_at
+from drill_env.integrator.signatures import call_stage
 
 DONE, LOG_FULL, STEP_TOO_SMALL, TOO_MANY_STEPS = 0, 1, 2, 3
 
 # So many mode changes at one instant are chatter: one tiny step is then taken as it is.
 CHATTER_LIMIT = 12
 _CHATTER_STEP = 1e-7
+
+
+@intrinsic
+def _along(context: Any, y: Any, h: Any, weights: Any, rates: Any) -> Any:
+    # A stage waits for the rates before it alone: all else is summed while they are taken.
+    def generate(context: Any, builder: Any, kind: Any, values: Any) -> Any:
+        (y, h, weights, rates), take = values, builder.extract_value
+        newest = len(kind.args[2]) - 1
+        share, ends = builder.fmul(h, take(weights, newest)), []
+        for i in range(3):
+            end = take(y, i)
+            if newest > 0:
+                total = builder.fmul(take(weights, 0), take(rates, [0, i]))
+                for j in range(1, newest):
+                    total = builder.fma(take(weights, j), take(rates, [j, i]), total)
+                end = builder.fma(h, total, end)
+            ends.append(builder.fma(share, take(rates, [newest, i]), end))
+        return context.make_tuple(builder, kind.return_type, ends)
+
+    return types.UniTuple(types.float64, 3)(y, h, weights, rates), generate
+
+
+along: Any = _along
+"""For kernels: `along(y, h, weights, rates)`, y + h sum of weights times rates.
+
+States and rates are tuples of three as `keep_stage` has them, the newest rates last.
+"""
+
+
+@inlined
+def weighed(weights, rates):
+    """Sum of weights times rates, both tuples."""
+    total = weights[0] * rates[0]
+    for j in range(1, len(weights)):
+        total += weights[j] * rates[j]
+    return total
+
+
+@inlined
+def keep_stage(p, run, work, tab, h, i, y):
+    """Store state `y`, rates and the lower law's shares of stage `i`; returns the rates."""
+    mode, ys, k, shares = run.mode, work.ys, work.k, work.shares
+    # A constant voltage asks for no time.
+    u = work.piece[0] if work.coefficients == 1 else voltage_at(work, run.t + tab.c[i] * h)
+    x, v, w = y
+    ys[i, 0], ys[i, 1], ys[i, 2] = x, v, w
+    if work.acting != 0:
+        call_stage(tab.stage, p, run, work, tab, h, i, u)
+        return k[i, 0], k[i, 1], k[i, 2]
+    rate_x = v - w
+    rate_v = upper_rate(p, mode[0], x, v, u)
+    rate_w, shares[i, 0], shares[i, 1] = lower_rate_with(p, mode[1], mode[2], x, w)
+    k[i, 0], k[i, 1], k[i, 2], k[i, 3] = rate_x, rate_v, rate_w, w
+    return rate_x, rate_v, rate_w
 
 
 @inlined

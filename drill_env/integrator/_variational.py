@@ -4,10 +4,36 @@ Columns are derivatives of (twist, omega_u, omega_l, theta_l): four by the initi
 state, two by the external torques, then one per parameter of `drill_env.parameters`.
 """
 
-from drill_env._jit import kernel, number_at, store_number, unit
-from drill_env.integrator._stage import fill_forces
-from drill_env.integrator.records import MOST_COLUMNS, N_COLUMNS, N_STATE
+from drill_env._jit import inlined, kernel, unit
+from drill_env.dynamics.kernels import fill_linear, fill_parameter_rates, lower_rate_slope
+from drill_env.integrator._voltage_piece import voltage_at
+from drill_env.integrator.records import FIRST_PARAMETER, LOAD_L, LOAD_U, N_STATE
 from drill_env.integrator.signatures import FILL
+
+
+@inlined
+def column_rates(a, b, d, slope, force_u, force_l, y):
+    """Rates of a column of the sensitivities by `jac`, the lower law's slope and what drives it."""
+    x, v, w = y
+    return v - w, a * x + b * v + force_u, d * x + slope * w + force_l
+
+
+@inlined
+def fill_forces(p, run, work, tab, h):
+    """What drives every column of the sensitivities at the stages before the last."""
+    mode, ys, shares = run.mode, work.ys, work.shares
+    fill_linear(p, mode[0], mode[1], work.jac)
+    for i in range(tab.stages):
+        s1, s2 = shares[i, 0], shares[i, 1]
+        work.slopes[i] = lower_rate_slope(p, mode[1], mode[2], s1, s2)
+        work.force[i, 0, LOAD_U] = p.per_Ju if mode[0] != 0 else 0.0
+        work.force[i, 1, LOAD_L] = p.per_Jl if mode[1] != 0 else 0.0
+        if work.columns > FIRST_PARAMETER:
+            fill_parameter_rates(
+                p, mode[0], mode[1], mode[2], ys[i, 0], ys[i, 1], ys[i, 2],
+                voltage_at(work, run.t + tab.c[i] * h), work.k[i, 1], work.k[i, 2], s1, s2,
+                work.force[i, 0, FIRST_PARAMETER:], work.force[i, 1, FIRST_PARAMETER:],
+            )  # fmt: skip
 
 
 @kernel
@@ -43,17 +69,3 @@ def step_sensitivity(p, run, work, tab, h):
     for r in range(N_STATE):
         for c in range(work.columns):
             work.sens[r, c] = work.stage[r, c]
-
-
-@kernel
-def copy_sensitivity(work, row):
-    """Keep the present sensitivities as those of sample `row`."""
-    if work.variation != 0:
-        for r in range(N_STATE):
-            for c in range(work.width):
-                value = number_at(work.variation_at, r * MOST_COLUMNS + c)
-                store_number(work.sens_out, (row * N_STATE + r) * work.width + c, value)
-        return
-    for r in range(N_STATE):
-        for c in range(work.columns):
-            store_number(work.sens_out, (row * N_STATE + r) * N_COLUMNS + c, work.sens[r, c])

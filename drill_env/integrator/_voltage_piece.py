@@ -28,10 +28,9 @@ def polynomial_at(work, coefficients, n, t):
 @kernel
 def voltage_at(work, t):
     """Voltage (V) of the present piece at time `t` (s)."""
-    n = work.coefficients
-    if n == 1:
+    if work.coefficients == 1:
         return work.piece[0]
-    return polynomial_at(work, work.piece, n, t)
+    return polynomial_at(work, work.piece, work.coefficients, t)
 
 
 @inlined

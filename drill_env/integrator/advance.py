@@ -1,7 +1,5 @@
 """Compiled event-driven integration through a piecewise-polynomial voltage."""
 
-from numba import int64
-
 from drill_env._jit import address_of, entry, inlined, kernel, unit
 from drill_env.integrator._events import first_event
 from drill_env.integrator._samples import rest_to_end, write_samples
@@ -35,7 +33,7 @@ def load_rates(p, run, work, tab):
     if not work.has_rates:
         for r in range(work.inner):
             work.ys[0, N_STATE + r] = run.z[r]
-        fill_rates(p, run, work, tab, 0.0, int64(0))
+        fill_rates(p, run, work, tab, 0.0, 0)
         work.has_rates = 1
 
 

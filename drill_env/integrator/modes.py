@@ -149,18 +149,15 @@ def change(which, p, run, work, tab, u):
         kind = call_change(tab.change, p, run, work, tab, which, u)
         if work.sensitivity:
             call_change(tab.jump, p, run, work, tab, which, u)
-        note(work, run, run.t, which, kind, y)
-        run.events += 1
-        work.has_rates = 0
-        return
-    slipping = which != LOWER_LAW and mode[which] != 0
-    before_u = upper_rate(p, mode[0], y[0], y[1], u)
-    before_l = lower_rate(p, mode[1], mode[2], y[0], y[2])
-    kind = transit(which, p, run, u)
-    if work.sensitivity and slipping and which == UPPER:
-        salt(work, 1, upper_rate(p, mode[0], y[0], y[1], u) / before_u)
-    elif work.sensitivity and slipping:
-        salt(work, 2, lower_rate(p, mode[1], mode[2], y[0], y[2]) / before_l)
+    else:
+        slipping = which != LOWER_LAW and mode[which] != 0
+        before_u = upper_rate(p, mode[0], y[0], y[1], u)
+        before_l = lower_rate(p, mode[1], mode[2], y[0], y[2])
+        kind = transit(which, p, run, u)
+        if work.sensitivity and slipping and which == UPPER:
+            salt(work, 1, upper_rate(p, mode[0], y[0], y[1], u) / before_u)
+        elif work.sensitivity and slipping:
+            salt(work, 2, lower_rate(p, mode[1], mode[2], y[0], y[2]) / before_l)
     note(work, run, run.t, which, kind, y)
     run.events += 1
     work.has_rates = 0

@@ -132,14 +132,9 @@ def _read(prepared: Prepared, found: Trajectory, times: FloatArray) -> Trajector
 
 
 def _integrate(
-    prepared: Prepared,
-    run: np.ndarray,
-    work: np.ndarray,
-    voltage: Voltage,
-    drive: Voltage,
-    times: FloatArray,
-    rig: Rig,
-) -> Trajectory:
+    prepared: Prepared, run: np.ndarray, work: np.ndarray, voltage: Voltage, drive: Voltage,
+    times: FloatArray, rig: Rig,
+) -> Trajectory:  # fmt: skip
     p, pair, count = prepared.p, prepared.pair, len(times)
     first = int(np.searchsorted(times, run["t"][0], side="right"))
     out = np.zeros((count, N_STATE))

@@ -24,30 +24,22 @@ SLOPES = np.dtype(
         ("sens", "f8", (MOST_ROWS, MOST_COLUMNS)),
         ("rates", "f8", (MAX_STAGES, MOST_ROWS, MOST_COLUMNS)),
         ("along", "f8", (MOST_ROWS,)),  # direction of the derivative at hand
-        ("before", "f8", (MOST_ROWS,)),  # rates before the event at hand, and after it
-        ("after", "f8", (MOST_ROWS,)),
-        ("stopped", "i8"),  # whether it is a disc's that moved
+        # Rates before the event at hand and after it, and whether it is a disc's that moved.
+        ("before", "f8", (MOST_ROWS,)), ("after", "f8", (MOST_ROWS,)), ("stopped", "i8"),
         ("moment", "f8", (MOST_COLUMNS,)),  # derivatives of the present instant, of an event
         ("since", "f8", (MOST_COLUMNS,)),  # and of that at which the lower disc came to rest
-        ("columns", "i8"),
-        ("width", "i8"),  # those before the columns by the first inner states
+        ("columns", "i8"), ("width", "i8"),  # all, and those before the first inner states'
         ("effect", "i8", (MOST_COLUMNS,)),  # whose number a column is of, -1 for none
         ("number", "i8", (MOST_COLUMNS,)),
-        (
-            "entries",
-            "i8",
-        ),  # addresses: of the effects, and of `p`, which begins with the parameters
-        ("parameters", "i8"),
+        ("entries", "i8"),  # address of the effects
+        ("parameters", "i8"),  # and of `p`, which begins with them
         ("gradient", "f8", (len(SYMBOLS),)),
-        ("y", "c16", (MOST_ROWS,)),
-        ("k", "c16", (MOST_ROWS,)),
+        ("y", "c16", (MOST_ROWS,)), ("k", "c16", (MOST_ROWS,)),
         ("gaps", "c16", (3 + MOST_BRANCHES,)),
-        ("p", PARAMETERS_SLOPES),
-        ("signal", SIGNAL_SLOPES),
-        ("ports", PORTS_SLOPES),
+        ("p", PARAMETERS_SLOPES), ("signal", SIGNAL_SLOPES), ("ports", PORTS_SLOPES),
     ],
     align=True,
-)
+)  # fmt: skip
 """Sensitivities of the state and the inner states, one column each by the initial state, the
 parameters, the numbers of the effects and the first inner states; and working arrays in complex
 arithmetic."""

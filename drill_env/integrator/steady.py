@@ -15,16 +15,9 @@ from drill_env.parameters import Rig
 
 @entry
 def rates_along(p, run, work, code, volts, states, rates):
-    """Rates in given states, both discs turning forward under constant voltages.
+    """Fill the rates of states under constant voltages, see `vector_field` for their shapes.
 
-    Args:
-        p: record of `PARAMETERS`.
-        run: record of `RUN`.
-        work: record of `WORK`, told of the effects.
-        code: address of `rates_with_effects`.
-        volts: V, shape (n,).
-        states: twist, omega_u, omega_l, then the inner states, shape (n, 3 + inner).
-        rates: filled with their rates, shape (n, 3 + inner).
+    `code` is the address of `rates_with_effects`.
     """
     run.mode[0] = run.mode[1] = 1
     run.mode[2] = 0

@@ -1,6 +1,7 @@
 """Runge-Kutta coefficients, taken from SciPy's published pairs."""
 
 import functools
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import polynomial as poly
@@ -34,31 +35,29 @@ def _dop853_dense() -> FloatArray:
     return dense
 
 
+def _steps(source: Any) -> tuple[int, np.ndarray]:
+    """How many stages a pair of SciPy's has, and what is laid out alike for all pairs."""
+    n, out = source.n_stages, np.zeros(1, dtype=TABLEAU)
+    out["stages"] = n
+    out["a"][0, :n, : source.A.shape[1]], out["a"][0, n, :n] = source.A, source.B
+    out["c"][0, : n + 1] = np.append(source.C, 1.0)
+    return n, out
+
+
 def _dop853() -> np.ndarray:
-    n = integrate.DOP853.n_stages
-    out = np.zeros(1, dtype=TABLEAU)
-    out["stages"], out["extra"] = n, 3
-    out["order"], out["degree"] = 8, 7
-    a = out["a"][0]
-    a[:n, :n] = integrate.DOP853.A
-    a[n, :n] = integrate.DOP853.B
-    a[n + 1 :, :] = integrate.DOP853.A_EXTRA
-    out["c"][0] = np.concatenate([integrate.DOP853.C, [1.0], integrate.DOP853.C_EXTRA])
+    n, out = _steps(integrate.DOP853)
+    out["extra"], out["order"], out["degree"] = 3, 8, 7
+    out["a"][0, n + 1 :] = integrate.DOP853.A_EXTRA
+    out["c"][0, n + 1 :] = integrate.DOP853.C_EXTRA
     out["error_high"][0, : n + 1] = integrate.DOP853.E5
     out["error_low"][0, : n + 1] = integrate.DOP853.E3
     out["dense"][0] = _dop853_dense()
     return out
 
 
-def _short(source: type[integrate.RK45] | type[integrate.RK23]) -> np.ndarray:
-    n = source.n_stages
-    out = np.zeros(1, dtype=TABLEAU)
-    out["stages"] = n
+def _short(source: Any) -> np.ndarray:
+    n, out = _steps(source)
     out["order"], out["degree"] = source.order, source.P.shape[1]
-    a = out["a"][0]
-    a[:n, : source.A.shape[1]] = source.A
-    a[n, :n] = source.B
-    out["c"][0, : n + 1] = np.concatenate([source.C, [1.0]])
     out["error_high"][0, : n + 1] = source.E
     out["dense"][0, : n + 1, : source.P.shape[1]] = source.P
     return out

@@ -8,7 +8,7 @@ import numpy as np
 
 from drill_env._types import FloatArray, IntArray
 from drill_env.effects.along import Motion, inner_states, late_angles, reading_errors
-from drill_env.effects.declared import Declared
+from drill_env.effects.declared import Declared, declared
 from drill_env.effects.readings import errors_of
 from drill_env.effects.signal import RESTING
 from drill_env.effects.steady import acting
@@ -122,7 +122,7 @@ def _without_errors(read: Motion, rig: Rig, effects: Declared) -> Motion:
     """The motion of the discs where `read` is what encoders with errors made of it."""
     ahead = _ahead(read, effects)
     timely = tuple(e for e in rig.effects if not str(e.get("id")).startswith("encoder_delay"))
-    errors = reading_errors(rig.replace(effects=timely), ahead)
+    errors = reading_errors(declared(rig.replace(effects=timely)), rig, ahead)
     rates = np.gradient(errors, read.t, axis=0)
     states = ahead.states.copy()
     states[:, 0] -= errors[:, 0] - errors[:, 1]
@@ -136,17 +136,12 @@ def _ahead(read: Motion, effects: Declared) -> Motion:
     late = effects.encoder_delays > 0.0
     if not late.any():
         return read
-    t, known = read.t, read.states
-    angles = read.angles
-    speeds = known[:, 1:3].copy()
+    t, angles, states = read.t, read.angles, read.states.copy()
     for entry in effects.entries[late]:
         disc = 0 if entry["upper"] else 1
-        later = t + float(entry["delay"])
-        angles[:, disc] = np.interp(later, t, angles[:, disc])
-        speeds[:, disc] = np.interp(later, t, speeds[:, disc])
-    states = known.copy()
+        for known in (angles[:, disc], states[:, 1 + disc]):
+            known[:] = np.interp(t + float(entry["delay"]), t, known)
     states[:, 0], states[:, 3] = angles[:, 0] - angles[:, 1], angles[:, 1]
-    states[:, 1:3] = speeds
     return replace(read, states=states)
 
 
@@ -204,5 +199,5 @@ def resume(
             motion.t[known], motion.u[known], np.hstack([both, np.zeros((len(both), 2))]),
             np.zeros(1, dtype=np.int64),
         )  # fmt: skip
-        angles += reading_errors(rig, whole)[rows.start - first :]
+        angles += reading_errors(declared(rig), rig, whole)[rows.start - first :]
     return run.state, angles

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import butter
 
 from drill_env._checks import real
 from drill_env._errors import InputError
@@ -72,6 +71,9 @@ class Encoder:
 
     def coefficients(self) -> tuple[FloatArray, FloatArray]:
         """Numerator and denominator (three each) of the low-pass at `rate_hz`."""
+        # Half a second, which who reads the exact angle need not wait.
+        from scipy.signal import butter
+
         b, a = butter(2, self.cutoff_hz, fs=self.rate_hz)
         return np.ascontiguousarray(b), np.ascontiguousarray(a)
 

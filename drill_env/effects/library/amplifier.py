@@ -58,6 +58,18 @@ def amplifier_saturation(p, e, s, out):
 
 @actuator(
     "voltage",
+    "The bridge is off at u = 0, so that the motor coasts: no current, and none of its braking.",
+    amplitude("back_emf", "V s/rad", 0.2, most=1e4, signed=False),
+    neighbours=("drive_braking_loss", "amplifier_deadzone"),
+)
+def coasting(p, e, s, out):
+    """km back_emf omega_u where u = 0: the part of bu omega_u that the current makes."""
+    if s.u.real == 0.0:
+        out.volts += e.q[0] * s.omega_u
+
+
+@actuator(
+    "voltage",
     "The drive limits its current, and the motor's torque with it.",
     shape("level", "V", (0.6, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5), low=0.02, high=200.0),
     shape("back_emf", "V s/rad", (0.25, 0.5), low=0.0, high=100.0),
@@ -98,8 +110,6 @@ def input_delay(p, e, s, out):
 
 # So near, in V, it has arrived: a voltage that begins at 0 begins there but for rounding.
 _REACHED = 1e-9
-
-
 # Where no event is located it has arrived when so many seconds would do.
 _SOON = 5e-3
 

@@ -30,13 +30,10 @@ DAMPING = shape("damping", "1", (0.07,), low=0.002, high=2.0, form=0.15)
 
 
 def same_motor(q: FloatArray, times: float, share: int, frequency: int) -> FloatArray:
-    """A gear's numbers where the disc has so many times the inertia: motor and spring are the same.
+    """A gear's numbers where motor and disc together have so many times the inertia.
 
-    Args:
-        q: its numbers, the damping last.
-        times: of the inertia of motor and disc together.
-        share: place of the motor's share of it.
-        frequency: place of that at which the two ring.
+    Motor and spring are the same. `share` is the place of the motor's share of the inertia,
+    `frequency` that of the ringing; the damping is the last number.
     """
     out = q.copy()
     out[share] = q[share] / times

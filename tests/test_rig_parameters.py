@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from drill_env import Rig
+from drill_env.diagnosis.rig_parameters import made_of
 from drill_env.effects import LIBRARY
-from drill_env.effects.along import Motion, made_of, response_along
+from drill_env.effects.along import Motion, responses_along
+from drill_env.effects.declared import bundled
 from drill_env.parameters import SYMBOLS
 
 _ROWS = 3000
@@ -27,12 +29,14 @@ def test_torques_follow_no_other_parameter(name: str) -> None:
     """Finite differences by every parameter of the rig: only those named move a torque."""
     effect, rig, motion = LIBRARY[name], Rig.paper(), _motion()
     q = np.array([p.grid[len(p.grid) // 2] for p in effect.parameters])
-    below = response_along(effect, q, rig, motion)[0]
+    below = responses_along(bundled([(effect, q)]), rig, motion)[0]
     moved = set()
     for symbol in SYMBOLS:
         value = getattr(rig, symbol)
         step = 1e-3 * max(abs(value), 1e-3)
-        above = response_along(effect, q, rig.replace(**{symbol: value + step}), motion)[0]
+        above = responses_along(
+            bundled([(effect, q)]), rig.replace(**{symbol: value + step}), motion
+        )[0]
         # Rounding of sums of torques of 1 Nm is 1e-16.
         if np.abs(above - below).max() > 1e-13:
             moved.add(symbol)
