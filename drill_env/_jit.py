@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numba
 import numpy as np
 from llvmlite import ir
 from numba import from_dtype, njit, types
@@ -189,7 +190,12 @@ def names_in(made: Unit) -> frozenset[str]:
 event.register("numba:compile", _Watch())
 
 
-_PART = {**_INNER, "cache": False, "pipeline_class": _PartCompiler}
+# The last version of numba whose insides `_PartCompiler` is known to fit; a later one compiles by
+# itself, for longer.
+_KNOWN = (0, 68)
+_PART = _INNER
+if numba.version_info.short <= _KNOWN:
+    _PART = {**_INNER, "cache": False, "pipeline_class": _PartCompiler}
 
 
 def entry(function: F) -> F:
