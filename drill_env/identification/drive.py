@@ -161,13 +161,23 @@ def check_scale(recordings: Sequence[Recording], rig: Rig, free: Sequence[str]) 
         )
 
 
-def _check_lower(rig: Rig, recordings: Sequence[Recording]) -> None:
-    source = recordings[0].source
-    if rig.inertias == 1:
+def check_axis(recordings: Sequence[Recording]) -> None:
+    """Refuse recordings of one inertia whose drive is unknown.
+
+    Raises:
+        InputError: the only disc's motion is the input, or not all are driven alike.
+    """
+    if motion_driven(recordings):
         raise InputError(
-            f"{source}: with u=unknown the upper disc's motion is the input and nothing is told of "
-            "what moves it, and a rig of one inertia has no other disc: map its drive u or torque"
+            f"{recordings[0].source}: with u=unknown the upper disc's motion is the input and "
+            "nothing is told of what moves it, and a rig of one inertia has no other disc: map its "
+            "drive u or torque"
         )
+
+
+def _check_lower(rig: Rig, recordings: Sequence[Recording]) -> None:
+    if rig.inertias == 1:
+        check_axis(recordings)
     for recording in recordings:
         if not any(name.endswith("_l") for name in recording.readings()):
             raise InputError(
