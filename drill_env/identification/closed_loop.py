@@ -18,9 +18,9 @@ from drill_env._types import FloatArray
 from drill_env.friction import kernel_record
 from drill_env.identification._closed_loop import N_SLOPES, run_loop
 from drill_env.identification.coordinates import Coordinates
+from drill_env.identification.drive import check_axis
 from drill_env.identification.initial_state import state_at
 from drill_env.identification.inverse_dynamics import relative_error
-from drill_env.identification.drive import check_axis
 from drill_env.identification.known_loads import with_added_inertia
 from drill_env.identification.one_inertia import identify_one_inertia
 from drill_env.identification.position_law import PositionLaw
