@@ -135,6 +135,7 @@ def test_a_replay_follows_a_disc_that_slides_and_one_that_sticks():
     assert sticks > 3
     run = Recording(t, None, upper, lower, drive="motion")
     found = replay(run, RIG)
+    assert found.rig == RIG
     assert found.errors["theta_l"].rms < 2e-4 and found.errors["theta_u"].rms < 1e-5
     assert found.prediction_errors["theta_l"].rms < 1e-3
     # The errors of 8192 counts, and not of a wrong input.
