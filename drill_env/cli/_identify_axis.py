@@ -162,8 +162,9 @@ def _check_loop(asked: AxisFit) -> None:
 
 
 def _gain(gain: float | None, column: str | None, fitted: list[Recording]) -> float | None:
-    from drill_env.identification.drive import torque_driven
+    from drill_env.identification.drive import check_axis, torque_driven
 
+    check_axis(fitted)
     if gain is not None and column is not None:
         raise InputError("--gain and --gain-column are both given; give one of them")
     if torque_driven(fitted):

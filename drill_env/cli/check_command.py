@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 RecordingsArgument = Annotated[
     list[Path], typer.Argument(metavar="REC...", help="Recordings, or one folder of recordings.")
 ]
-_DRIVES = {"voltage": ("u", "V"), "torque": ("torque", "Nm")}
+_DRIVES = {
+    "voltage": ("u", "V"), "torque": ("torque", "Nm"), "motion": ("acceleration_u", "rad/s^2"),
+}  # fmt: skip
 
 
 def check_command(

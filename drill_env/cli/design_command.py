@@ -148,12 +148,15 @@ def _knowledge(
 
 
 def _fitted(rig: Rig, paths: list[Path], mapping: list[str] | None, fixed: list[str]) -> Knowledge:
+    from drill_env.identification.drive import motion_driven
     from drill_env.identification.estimate import FitOptions, identify
     from drill_env.identification.knowledge import knowledge_of
     from drill_env.recordings import parse_map, read_recording
 
     columns = parse_map(mapping or [])
     measured = [read_recording(path, columns, need=("u",)) for path in paths]
+    if motion_driven(measured):
+        raise InputError(f"{paths[0]}: u=unknown is no voltage, and what is planned is one")
     with progress_bar() as bar:
         task = bar.add_task("fit", total=None)
         found = identify(

@@ -133,6 +133,7 @@ def _played(
     import numpy as np
 
     from drill_env.identification.drive import driven_rig
+    from drill_env.identification.initial_state import state_at, with_led_disc
     from drill_env.identification.known_loads import loaded
     from drill_env.integrator import sampled_voltage, simulate
     from drill_env.recordings import parse_map, read_recording
@@ -146,7 +147,11 @@ def _played(
         length = float(np.nextafter(length, np.inf))
     times = recording.t[recording.t <= begin + length] if rate is None else None
     drive = sampled_voltage(recording.t, recording.u)
-    rig = loaded(driven_rig(rig, [recording]), recording, begin)
+    rig = driven_rig(rig, [recording])
+    if recording.drive == "motion":
+        whole = state_at(recording, rig, 0)
+        start = whole if start is None else with_led_disc(recording, start)
+    rig = loaded(rig, recording, begin)
     return simulate(rig, drive, length, t_start=begin, t_eval=times, rate=rate, initial=start)
 
 

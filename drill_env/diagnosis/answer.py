@@ -31,6 +31,7 @@ from drill_env.diagnosis.result import (
 from drill_env.diagnosis.rounds import BELIEVED, Found, is_named
 from drill_env.diagnosis.sentences import sentences
 from drill_env.diagnosis.terms import Term
+from drill_env.identification.drive import gives_scale
 from drill_env.identification.known_loads import tells_scale
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
@@ -72,7 +73,8 @@ def answer(
     found = unseen.found
     final, setting = found.final, found.setting
     changed = changes(setting, final, start, seed=options.seed)
-    told = {"Ju", "km"} & set(options.fixed) or tells_scale([s.recording for s in setting.samples])
+    recordings = [s.recording for s in setting.samples]
+    told = gives_scale(recordings, options.fixed) or tells_scale(recordings)
     scale = 0.0 if told else options.doubt
     effects = named_effects(found, law, faults, scale)
     shaped = [t for t in (*final.terms, found.residual_shape) if t is not None and not is_named(t)]

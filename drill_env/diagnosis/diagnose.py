@@ -33,7 +33,13 @@ from drill_env.diagnosis.sentences import ended_early
 from drill_env.diagnosis.unexplained_residual import with_residual_torque
 from drill_env.effects.declared import declared
 from drill_env.identification.coasting import left_out_of_search
-from drill_env.identification.drive import torque_driven, with_known_scale
+from drill_env.identification.drive import (
+    as_given,
+    driven_rig,
+    motion_driven,
+    torque_driven,
+    with_known_scale,
+)
 from drill_env.identification.known_loads import tells_scale
 from drill_env.identification.readings import made_of_twist
 from drill_env.identification.samples import Samples, prepare
@@ -90,7 +96,8 @@ def diagnose(
         recordings: with u and theta_u or theta_l, or velocities, to fit; of long ones the first
             rows are read, `drill_env.diagnosis.bounded.MOST_ROWS` of all.
         rig: where to start; its parameters are free but for Ju, the scale of torque, or for km
-            where the drive is a measured torque: then km is 1. Its effects are part of it.
+            where the drive is a measured torque: then km is 1. Where the drive is unknown, all of
+            the upper disc are held, and Jl is the scale. Its effects are part of it.
         holdout: recordings to judge on; without them the gain is that of the fit.
         options: how to search.
         report: told what is done next; where it returns True, the search ends with what it knows.
@@ -103,6 +110,7 @@ def diagnose(
         raise InputError("diagnose needs at least one recording to fit")
     recordings, holdout = bounded(recordings, holdout)
     watch = Watch(report, options.seconds)
+    driven_rig(rig, [*recordings, *holdout])
     if rig.inertias == 1:
         return _told(diagnose_by_prediction(recordings, rig, holdout, options, watch), watch)
     declared(rig)
@@ -156,6 +164,8 @@ def _check_channels(held: Sequence[Samples]) -> None:
 def _scale(samples: Sequence[Samples], fixed: Container[str]) -> str:
     """The parameter that sets the scale of torque; none where something known in Nm does."""
     recordings = [s.recording for s in samples]
+    if motion_driven(recordings):
+        return "" if "ktheta" in fixed or tells_scale(recordings) else "Jl"
     if torque_driven(recordings) or "km" in fixed:
         return "km"
     return "" if tells_scale(recordings) else "Ju"
@@ -165,16 +175,17 @@ def _diagnose(
     recordings: Sequence[Recording], holdout: Sequence[Recording], rig: Rig,
     options: DiagnosisOptions, report: Report,
 ) -> Diagnosis:  # fmt: skip
-    options = replace(options, fixed=with_known_scale([*recordings, *holdout], options.fixed))
-    rig = rig.replace(**options.fixed)
+    every, given = [*recordings, *holdout], rig.replace(**options.fixed)
+    options = replace(options, fixed=with_known_scale(every, options.fixed))
+    rig = driven_rig(rig, every).replace(**options.fixed)
     relative = made_of_twist(recordings)
     samples = [prepare(r, rig, relative=relative) for r in recordings]
     held = [prepare(r, rig, relative=relative) for r in holdout]
     _check_channels(held)
-    measured = torque_driven([s.recording for s in samples])
+    measured, moved = torque_driven(every), motion_driven(every)
     free = free_parameters(rig, options.fixed, _scale(samples, options.fixed))
     left_out = (*options.leave_out, *left_out_of_search(recordings))
-    library = offered_effects(rig, free, left_out, amplifier=not measured)
+    library = offered_effects(rig, free, left_out, amplifier=not measured, moved=moved)
     found = find(samples, rig, free, library, most=options.most, doubt=options.doubt, report=report)
     law = None
     other = rig.friction != "humped" and "friction_shape" not in options.leave_out
@@ -188,9 +199,11 @@ def _diagnose(
     base = law.before if law else found.base
     faults = [f for f in find_faults(found.setting, found.final) if f.id not in options.leave_out]
     result = with_predictions(answer(unseen, base, rig, law, faults, options), table)
+    extended = extended_rig(found.final.rig, found.final.terms)
     return Diagnosis(
-        result, found, rig, extended_rig(found.final.rig, found.final.terms), unseen.before,
-        unseen.after, tuple(s.recording.source for s in unseen.samples), tuple(unseen.samples),
+        result, found, as_given(rig, given, every), as_given(extended, given, every),
+        unseen.before, unseen.after, tuple(s.recording.source for s in unseen.samples),
+        tuple(unseen.samples),
     )  # fmt: skip
 
 

@@ -69,7 +69,17 @@ def judged_channels(samples: Samples) -> tuple[Channel, Channel]:
 
 def _measured(samples: Samples) -> FloatArray:
     places = [samples.names.index(name) for name in judged_channels(samples)]
-    return samples.angles[:, places]
+    measured = samples.angles[:, places]
+    if samples.recording.drive == "motion":
+        # An input is not predicted.
+        measured[:, 0] = math.nan
+    return measured
+
+
+def _latent(samples: Samples, states: FloatArray) -> FloatArray:
+    """Smoothed latent torques, Nm, shape (n, 2); none on a disc whose motion is prescribed."""
+    torques = states[:, 4:]
+    return torques * [0.0, 1.0] if samples.recording.drive == "motion" else torques
 
 
 def judge(samples: Samples, setting: Setting, fit: Fit) -> Judged:
@@ -88,14 +98,15 @@ def judge(samples: Samples, setting: Setting, fit: Fit) -> Judged:
     value, floor = (v + lost_value(samples, given, v, count) for v in (path.value, floor))
     return Judged(
         value, floor, count,
-        free, short, _measured(samples), motion, states[:, 4:], spans, judged_channels(samples),
+        free, short, _measured(samples), motion, _latent(samples, states), spans,
+        judged_channels(samples),
     )  # fmt: skip
 
 
 def remaining(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, FloatArray]:
     """What all samples say of the motion under a fit, and the latent torques (Nm, shape (n, 2))."""
     motion, given, path = followed(samples, setting, fit)
-    return motion, smoothed(given, fit.noise, path).states[:, 4:]
+    return motion, _latent(samples, smoothed(given, fit.noise, path).states)
 
 
 def followed(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Samples, Path]:

@@ -18,6 +18,9 @@ from drill_env.identification.samples import Samples
 from drill_env.identification.smoothing import smoothed
 from drill_env.parameters import SYMBOLS
 
+ROUNDING = 1e-9
+"""Share of a direction's information, of one that the starts explain, that rounding leaves."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Known:
@@ -83,7 +86,11 @@ def linearised_at(setting: Setting, fit: Fit) -> Linearised:
         shared_used = shared[used]
         unit = 1.0 / np.sqrt(np.diag(gram))
         inner = solved(gram * np.outer(unit, unit), np.eye(len(unit))) * np.outer(unit, unit)
+        whole = np.sum(shared_used**2, axis=0)
         shared_used = shared_used - own @ (inner @ (own.T @ shared_used))
+        # Of what the starts explain, as the zeros of the encoders explain the friction of a disc
+        # that only ever turns one way, rounding is left, and no direction.
+        shared_used *= np.sum(shared_used**2, axis=0) > ROUNDING * whole
         white = path.rows["white"][used]
         white = white - own @ (inner @ (own.T @ white))
         pull = smoothed(given, fit.noise, path).pull

@@ -30,8 +30,9 @@ def free_parameters(rig: Rig, fixed: Container[str] = (), scale: str = "Ju") -> 
 
 
 def offered_effects(
-    rig: Rig, free: Container[str], leave_out: Container[str] = (), *, amplifier: bool = True
-) -> list[Effect]:
+    rig: Rig, free: Container[str], leave_out: Container[str] = (), *, amplifier: bool = True,
+    moved: bool = False,
+) -> list[Effect]:  # fmt: skip
     """The effects of the library that a rig of two discs can have.
 
     Args:
@@ -40,6 +41,7 @@ def offered_effects(
             rig lacks that, so where it is 0 and held. What its file has is not offered again.
         leave_out: ids that are not wanted.
         amplifier: whether one lies between what was recorded and the motor.
+        moved: whether the upper disc's motion is the input: nothing acts on it or its encoder.
     """
     there = [LIBRARY[e["id"]] for e in rig.effects if e["id"] in LIBRARY]
     geared = any(effect.replaces_balance for effect in there)
@@ -50,6 +52,7 @@ def offered_effects(
         and effect not in there
         and not (geared and effect.replaces_balance)
         and not effect.axis_only
+        and not (moved and effect.equation == "upper")
         and (amplifier or is_behind_the_current(effect))
         and not (effect.stands_for and _has(rig, effect.stands_for, free))
     ]

@@ -12,7 +12,7 @@ from drill_env._types import BoolArray, FloatArray
 from drill_env.diagnosis.extended import THREADS
 from drill_env.diagnosis.grids import around, grid_of
 from drill_env.diagnosis.late_readings import unread
-from drill_env.diagnosis.linearised import Known, Linearised
+from drill_env.diagnosis.linearised import ROUNDING, Known, Linearised
 from drill_env.diagnosis.shapes import own_functions
 from drill_env.diagnosis.stiction_starts import best_at_rest
 from drill_env.diagnosis.terms import Named, Shape, Term, corrected, late_disc
@@ -30,8 +30,6 @@ _DULL = 4.0
 _LEAST, _MOST = 0.3, 3.0
 # Share of a column's information that must be new; less is an alias of what is there.
 _ALIAS = 1e-5
-# And of one that the starts of a recording explain, what rounding leaves.
-_ROUNDING = 1e-9
 # Points of a grid that are scored at once, beyond which one recording chooses, and how many.
 _BLOCK, _MANY, _WORTH = 32, 13, (8, 12)
 
@@ -80,7 +78,7 @@ def _moments(
         sums, whole = known.nuisance.T @ columns, columns.T @ columns
         own = sums[m:]
         left = whole - own.T @ (known.inner @ own)
-        new = np.diag(left) > _ROUNDING * np.diag(whole)
+        new = np.diag(left) > ROUNDING * np.diag(whole)
         return (
             new * (columns.T @ known.white), np.outer(new, new) * left, new * sums[:m],
         )  # fmt: skip

@@ -42,7 +42,7 @@ from drill_env.diagnosis.rounds import (
     rigs_own,
 )
 from drill_env.diagnosis.scan import Scored, score_effects, score_shapes
-from drill_env.diagnosis.shapes import free_shapes
+from drill_env.diagnosis.shapes import at_driven_disc, free_shapes
 from drill_env.diagnosis.strikes import Strike, faint, named_strikes, score_strikes
 from drill_env.diagnosis.terms import Named, Shape
 from drill_env.diagnosis.unusual import unusual
@@ -115,11 +115,15 @@ def _scores(
         scored: effects that are.
         effects: the library; what it has is no free wave.
     """
+    moved = linearised.known[0].samples.recording.drive == "motion"
+    shapes = [s for s in free_shapes(linearised.fit.motions) if not (moved and at_driven_disc(s))]
+    waves = free_waves({effect.id for effect in effects})
+    waves = [wave for wave in waves if not (moved and wave.effect.equation == "upper")]
     return (
         score_effects(linearised, scored),
-        score_shapes(linearised, free_shapes(linearised.fit.motions)),
-        score_waves(linearised, free_waves({effect.id for effect in effects})),
-        score_strikes(linearised),
+        score_shapes(linearised, shapes),
+        score_waves(linearised, waves),
+        score_strikes(linearised, discs=(1,) if moved else (0, 1)),
     )
 
 

@@ -199,6 +199,11 @@ def own_functions(shape: Shape) -> FloatArray | None:
     return None
 
 
+def at_driven_disc(shape: Shape) -> bool:
+    """Whether a shape acts on the drive or the upper disc, or misreads it, and on nothing else."""
+    return shape.component in ("actuator", "upper") or shape.id.startswith("error_u")
+
+
 def comes_round(depends_on: str, knots: Sequence[float]) -> bool:
     """Whether a shape over so many knots is one of an angle's turn and not of a way."""
     even = TURN * (1.0 - 1.0 / len(knots))

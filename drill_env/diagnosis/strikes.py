@@ -92,14 +92,14 @@ def faint(term: Term, gain: float) -> bool:
     return isinstance(term.source, (Strike, Once)) and gain < _SURE
 
 
-def score_strikes(linearised: Linearised) -> list[Scored]:
-    """The best moment on each disc at which something may have struck it, best first.
+def score_strikes(linearised: Linearised, discs: Sequence[int] = (0, 1)) -> list[Scored]:
+    """The best moment on each of some discs at which something may have struck it, best first.
 
     The slope of the likelihood by a torque that is held for a while is the sum of those by the
     torque of each row: one pass tells all moments.
     """
     found = []
-    for disc in range(2):
+    for disc in discs:
         best = _best_of(linearised, disc, _moments_of(linearised, disc))
         for level in range(_FINER):
             if best is None or best.gain < _HOPEFUL * _SURE:

@@ -18,6 +18,7 @@ from drill_env._types import FloatArray
 from drill_env.friction import kernel_record
 from drill_env.identification._closed_loop import N_SLOPES, run_loop
 from drill_env.identification.coordinates import Coordinates
+from drill_env.identification.drive import check_axis
 from drill_env.identification.initial_state import state_at
 from drill_env.identification.inverse_dynamics import relative_error
 from drill_env.identification.known_loads import with_added_inertia
@@ -117,6 +118,7 @@ def simulate_closed_loop(
             f"{recording.source}: the time has gaps, and the loop ran on in them; cut the "
             "recording at the gaps"
         )
+    check_axis([recording])
     if recording.load_u is not None or recording.effects or recording.coasts():
         raise InputError(
             f"{recording.source}: a measured load, an effect of the recording or a bridge that is "

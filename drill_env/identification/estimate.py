@@ -22,7 +22,7 @@ from drill_env.identification.descent import (
     point_at,
     reheated,
 )
-from drill_env.identification.drive import with_known_scale
+from drill_env.identification.drive import as_given, check_scale, driven_rig, with_known_scale
 from drill_env.identification.known_loads import tells_scale
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_fit import told
@@ -187,7 +187,8 @@ def identify(
         free: names of the parameters to estimate, by default all that the law has.
         fixed: parameters given, by name; one torque (such as Ju or km) must be, unless the drive
             is a measured torque (then km is 1 and sets the scale) or a load, an added inertia or a
-            known effect tells it.
+            known effect tells it. Of recordings whose upper disc is moved by something unknown, one
+            of the lower disc or the string must be, such as Jl.
         prior: what is known of parameters beforehand, such as stage 1's result.
         bounds: lowest and highest value of parameters.
         options: how to fit.
@@ -200,9 +201,10 @@ def identify(
     if not recordings:
         raise InputError("identify needs at least one recording")
     check_coasting(recordings)
-    fixed = with_known_scale(recordings, fixed or {}, free)
-    names = free_names(free, rig, fixed, scaled=tells_scale(recordings))
-    base = rig.replace(**fixed)
+    driven, known = driven_rig(rig, recordings), with_known_scale(recordings, fixed or {}, free)
+    names = free_names(free, rig, known, scaled=tells_scale(recordings))
+    check_scale(recordings, rig, names)
+    given, base = rig.replace(**(fixed or {})), driven.replace(**known)
     window = options.window if options.method == "multiple_shooting" else math.inf
     relative = base.inertias == 2 and made_of_twist(recordings)
     samples = tuple(
@@ -220,7 +222,8 @@ def identify(
     )
     # Threads of the linear algebra would only wait for those of the recordings.
     with threadpool_limits(1):
-        return _best(problem, base, names, options, progress)
+        found = _best(problem, base, names, options, progress)
+    return replace(found, rig=as_given(found.rig, given, recordings))
 
 
 def _best(

@@ -104,7 +104,7 @@ def _knowledge(document: dict[str, Any]) -> Knowledge:
     if not document["noise"] or not document["recordings"]:
         raise InputError("noise or recordings is empty")
     if any(entry.get("drive", "voltage") != "voltage" for entry in document["recordings"]):
-        raise InputError("its recordings are driven by a torque, and what is planned is a voltage")
+        raise InputError("its recordings have no voltage, and what is planned is one")
     if not document["encoder_steps"] and any(e.get("velocities") for e in document["recordings"]):
         raise InputError("its recordings hold velocities only, and what is planned is an angle's")
     quanta = {str(name): float(step) for name, step in document["encoder_steps"].items()}

@@ -9,6 +9,7 @@ import numpy as np
 from drill_env._types import FloatArray
 from drill_env.friction import lower_curve
 from drill_env.identification.noise import roughness
+from drill_env.identification.prescribed_motion import followed_motion
 from drill_env.parameters import Rig
 from drill_env.recordings import Channel, Recording
 
@@ -89,8 +90,26 @@ def state_at(recording: Recording, rig: Rig, row: int) -> FloatArray:
     At the first row angles are the samples themselves, and the disc is taken at rest if
     the samples allow it, since most runs begin so. An angle that was not recorded is
     taken equal to the other one, if no velocity was recorded either; otherwise the string has
-    the twist that turning steadily at its speed takes, and an angle that nothing tells is 0.
+    the twist that turning steadily at its speed takes, and an angle that nothing tells is 0. Where
+    the upper disc's motion is prescribed, it is that of the whole recording.
     """
+    state = _as_read(recording, rig, row)
+    return with_led_disc(recording, state, row) if recording.drive == "motion" else state
+
+
+def with_led_disc(recording: Recording, state: FloatArray, row: int = 0) -> FloatArray:
+    """A state, shape (4,), with the upper disc where its prescribed motion has it at a row.
+
+    Raises:
+        InputError: u is no acceleration of that motion.
+    """
+    angle, velocity = followed_motion(recording)
+    twist = state[0] if angle is None or recording.theta_l is None else angle[row] - state[3]
+    theta_l = state[3] if angle is None else angle[row] - twist
+    return np.array([twist, velocity[row], state[2], theta_l])
+
+
+def _as_read(recording: Recording, rig: Rig, row: int) -> FloatArray:
     if recording.velocities():
         return _state_with_velocities(recording, rig, row)
     fits = _angle_fits(recording, row)

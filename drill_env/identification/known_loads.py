@@ -34,16 +34,27 @@ def mean_loads(recording: Recording) -> FloatArray:
 def tells_scale(recordings: Sequence[Recording]) -> bool:
     """Whether something is known in Nm or kg m^2, which volts and angles do not tell.
 
-    An inertia that was added in all recordings alike is part of the unknown one.
+    An inertia that was added in all recordings alike is part of the unknown one. What acts on an
+    upper disc whose motion is prescribed tells nothing.
     """
-    added = {(r.added_inertia_u, r.added_inertia_l) for r in recordings}
-    return len(added) > 1 or any(
-        r.loads() or any(_in_newtons(e) for e in r.effects) for r in recordings
+    every = {(r.added_inertia_u, r.added_inertia_l, r.drive == "motion") for r in recordings}
+    added = {(0.0 if moved else upper, lower) for upper, lower, moved in every}
+    return len(added) > 1 or any(_knows_newtons(recording) for recording in recordings)
+
+
+def _knows_newtons(recording: Recording) -> bool:
+    if recording.drive != "motion":
+        return bool(recording.loads()) or any(_in_newtons(e) for e in recording.effects)
+    return recording.load_l is not None or any(
+        _in_newtons(e, lower=True) for e in recording.effects
     )
 
 
-def _in_newtons(entry: Mapping[str, Any]) -> bool:
+def _in_newtons(entry: Mapping[str, Any], *, lower: bool = False) -> bool:
     effect = LIBRARY.get(str(entry.get("id")))
+    where = entry.get("component") if effect is None else effect.equation
+    if lower and where in ("actuator", "upper"):
+        return False
     if effect is None:
         return entry.get("sort") in ("torque", "friction", "damping")
     return any("Nm" in p.unit for p in effect.parameters)

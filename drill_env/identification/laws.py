@@ -13,6 +13,7 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FrictionLaw
 from drill_env.identification.coordinates import active_names
+from drill_env.identification.drive import motion_driven
 from drill_env.identification.estimate import Estimate, FitOptions
 from drill_env.identification.law_starts import fit_from, law_starts, top_speed
 from drill_env.identification.stick_free import StickFree, soft_share, stick_free
@@ -161,6 +162,11 @@ def compare_laws(
     if rig.inertias == 1:
         raise InputError(
             "the laws compared are those of the lower disc: give a rig with 2 inertias"
+        )
+    if motion_driven(recordings):
+        raise InputError(
+            f"{recordings[0].source}: the laws are compared by what a voltage does with them, and "
+            "with u=unknown there is none: fit each law by a rig file of its own and compare bic"
         )
     fixed = dict(fixed or {})
     top = top_speed(recordings)

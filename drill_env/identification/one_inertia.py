@@ -16,6 +16,7 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.identification.coasting import check_coasting
+from drill_env.identification.drive import check_axis
 from drill_env.identification.inverse_dynamics import (
     ASYMMETRIC,
     SYMMETRIC,
@@ -108,6 +109,7 @@ def identify_one_inertia(
             cannot be told apart.
     """
     _check_gain(fit, gain)
+    check_axis([*fit, *holdout])
     check_coasting([*fit, *holdout])
     assert gain is not None
     options = options or InverseOptions()

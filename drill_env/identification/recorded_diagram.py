@@ -54,6 +54,8 @@ def _row(recording: Recording, settle: float) -> dict[str, Any]:
     name = Path(recording.source).name
     if recording.u is None:
         raise InputError(f"{name} has no voltage: map a column to u")
+    if recording.drive == "motion":
+        raise InputError(f"{name}: u=unknown is no voltage; a diagram needs constant voltages")
     keep = slice(int(settle * len(recording.t)), None)
     volts = recording.u[keep]
     if np.ptp(volts) > 1e-6 + 0.002 * abs(float(volts.mean())):

@@ -13,7 +13,7 @@ from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
 from drill_env.friction import lower_curve
 from drill_env.identification.coasting import untold_coasting
-from drill_env.identification.drive import driven_rig
+from drill_env.identification.drive import as_given, driven_rig
 from drill_env.identification.initial_state import state_at
 from drill_env.identification.inverse_dynamics import InverseOptions, rig_force_error
 from drill_env.identification.known_loads import loaded, with_added_inertia
@@ -123,7 +123,7 @@ def replay(
     """
     if not (math.isfinite(horizon) and horizon > 0):
         raise InputError(f"horizon is {horizon}: give seconds greater than 0")
-    rig = driven_rig(rig, [recording])
+    given, rig = rig, driven_rig(rig, [recording])
     channels = _compared(recording, rig)
     t = recording.t - recording.t[0]
     voltage = sampled_voltage(t, recording.channel("u"))
@@ -136,7 +136,8 @@ def replay(
         predicted = {name: pieces[name] for name in channels}
     force_error = rig_force_error(recording, rig, options) if _has_force(recording, rig) else None
     return ReplayResult(
-        recording=recording, rig=rig, initial=start, simulated=simulated,
+        recording=recording, rig=as_given(rig, given, [recording]), initial=start,
+        simulated=simulated,
         errors=channel_errors(recording, simulated), horizon=horizon, predicted=predicted,
         prediction_errors=channel_errors(recording, predicted), force_error=force_error,
         notes=tuple(_notes(recording, rig)),

@@ -169,7 +169,7 @@ def _frozen(recording: Recording) -> list[RecordingWarning]:
 
 def _still_driven(recording: Recording, start: int) -> bool:
     u = recording.u
-    if u is None or start < 20:
+    if u is None or recording.drive == "motion" or start < 20:
         return False
     before, after = (math.sqrt(float(np.mean(part**2))) for part in (u[:start], u[start:]))
     return after > max(_DRIVING_V, 0.5 * before)

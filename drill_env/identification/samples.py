@@ -133,6 +133,9 @@ def prepare(
         still = row == 0 and starts[i, 1] == 0.0 and starts[i, 2] == 0.0
         spreads[i, :4] = (START_ANGLE, *([0.0 if still else _START_SPEED] * 2), START_ANGLE)
         spreads[i, 4] = offset
+        if recording.drive == "motion":
+            # Any other velocity would lead away from the motion that u was made of.
+            spreads[i, 1] = 0.0
         if rig.inertias == 1:
             spreads[i, 2:] = (0.0, START_ANGLE, 0.0)
             spreads[i, 0] = 0.0

@@ -118,7 +118,8 @@ def findings(
     )
     if not recording.angles():
         return ()
-    if recording.u is None or recording.loads() or recording.effects or recording.coasts():
+    known = recording.loads() or recording.effects or recording.coasts()
+    if recording.u is None or recording.drive == "motion" or known:
         # What the discs do is judged by the voltage, as if that alone moved them.
         return tuple(check_rows(recording))
     # An integral jumps and stands still by the noise of the velocity: no encoder to be judged.

@@ -12,9 +12,8 @@ from drill_env.identification.coordinates import inverse
 from drill_env.identification.estimate import Estimate, FitOptions, Progress, identify
 from drill_env.identification.prior import Prior
 from drill_env.parameters import Rig
+from drill_env.parameters.rig import UPPER
 from drill_env.recordings import Recording
-
-UPPER = ("km", "Ju", "Tsu", "dTsu", "bu", "dbu")
 
 StageLink: TypeAlias = Literal["fixed", "prior", "free"]
 """How stage 2 takes stage 1: as it is, with its covariance, or as a first guess only."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.identification.drive import driven_rig, torque_driven
+from drill_env.identification.drive import as_given, driven_rig, torque_driven
 from drill_env.identification.estimate import Estimate
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.noise_of_recording import estimated_noise, settled_starts
@@ -69,7 +69,9 @@ class Validation:
         """What the innovations still hold, in words: "white", "left-over near 0.25 Hz", ..."""
         if not self.residuals:
             return "too short, or too long at rest, to judge"
-        found = [text for name, test in self.residuals.items() for text in _findings(name, test)]
+        drive = "input" if self.recording.drive == "motion" else "voltage"
+        tests = self.residuals.items()
+        found = [text for name, test in tests for text in _findings(name, test, drive)]
         return "; ".join(found) or "white"
 
     def as_dict(self) -> dict[str, Any]:
@@ -101,12 +103,12 @@ def validate(recording: Recording, rig: Rig, noise: NoiseModel | None = None) ->
     Raises:
         InputError: a channel is missing, or the rig's motion runs away.
     """
+    given, rig = rig, driven_rig(rig, [recording])
     if rig.effects:
         raise InputError(
             "validate judges a rig without [[effects]], which the filter does not follow: replay "
             "the recording instead, or diagnose it"
         )
-    rig = driven_rig(rig, [recording])
     samples = prepare(recording, rig)
     if noise is None:
         found, starts = estimated_noise(samples, rig)
@@ -122,7 +124,8 @@ def validate(recording: Recording, rig: Rig, noise: NoiseModel | None = None) ->
             "parameters and the recording's units and signs"
         )
     return Validation(
-        recording=recording, rig=rig, noise=found, noise_estimated=noise is None,
+        recording=recording, rig=as_given(rig, given, [recording]), noise=found,
+        noise_estimated=noise is None,
         start=starts[0], replay=result, trace=trace,
         residuals=_residuals(samples, trace),
     )  # fmt: skip
@@ -185,6 +188,9 @@ def _replayed(samples: Samples, rig: Rig, starts: FloatArray, trace: Trace) -> R
 def _residuals(samples: Samples, trace: Trace) -> dict[Channel, Whiteness]:
     tests: dict[Channel, Whiteness] = {}
     for i, name in enumerate(samples.names):
+        if samples.recording.drive == "motion" and name.endswith("_u"):
+            # They are what the spline left that the input was made by.
+            continue
         alone = samples.repeats[:, i] <= _SHARED
         errors = np.where(alone, trace.standardised[:, i], math.nan)
         found = whiteness(errors, samples.u, samples.recording.interval)
@@ -193,7 +199,7 @@ def _residuals(samples: Samples, trace: Trace) -> dict[Channel, Whiteness]:
     return tests
 
 
-def _findings(name: Channel, test: Whiteness) -> list[str]:
+def _findings(name: Channel, test: Whiteness, drive: str) -> list[str]:
     found = []
     if test.p_peak < _DOUBT:
         found.append(f"left-over near {test.peak_hz:.2g} Hz in {name}")
@@ -201,7 +207,7 @@ def _findings(name: Channel, test: Whiteness) -> list[str]:
         lag = float(test.lags[np.abs(test.autocorrelation).argmax()])
         found.append(f"{name} repeats itself after {lag:.3g} s")
     if test.p_cross < _DOUBT:
-        found.append(f"{name} follows the voltage by {test.cross_largest[0]:.3g} s")
+        found.append(f"{name} follows the {drive} by {test.cross_largest[0]:.3g} s")
     if not _SIZES[0] < test.rms < _SIZES[1]:
         found.append(f"errors of {name} {test.rms:.2g} times the noise expected")
     return found

@@ -150,6 +150,9 @@ class Rig:
 SYMBOLS: tuple[str, ...] = NAMES
 """The fourteen physical parameters, in the order of the sensitivities' columns."""
 
+UPPER = ("km", "Ju", "Tsu", "dTsu", "bu", "dbu")
+"""Those of the drive and the upper disc, equation (5)."""
+
 LOWER_LAW = ("Tsl", "T1", "T2", "beta1", "beta2", "bl")
 """Those of the lower disc's friction law, equation (7)."""
 

@@ -11,6 +11,7 @@ from typing import TypeAlias, cast
 
 from drill_env._errors import InputError, printable
 from drill_env.recordings.limits import LARGEST
+from drill_env.recordings.prescribed import UNKNOWN
 from drill_env.recordings.units import (
     ANGLES,
     CHANNELS,
@@ -37,6 +38,7 @@ class Column:
         scale: SI value of one unit.
         turn: counts per revolution, for counted angles.
         constant: a number in SI units that stands for the whole column.
+        unknown: whether it stands for a drive that nothing is known of.
         delay: how long before its row's time a value belongs, s.
     """
 
@@ -45,6 +47,7 @@ class Column:
     scale: float = 1.0
     turn: float | None = None
     constant: float | None = None
+    unknown: bool = False
     delay: float = 0.0
 
     @property
@@ -55,7 +58,7 @@ class Column:
 
 ColumnMap: TypeAlias = Mapping[Channel, str]
 """Channel to "COLUMN[:UNIT][@DELAY]", as `parse_map` returns it; a drive, a load and an added
-inertia also to a number."""
+inertia also to a number, and u to "unknown"."""
 
 
 def parse_map(entries: Iterable[str]) -> dict[Channel, str]:
@@ -66,8 +69,9 @@ def parse_map(entries: Iterable[str]) -> dict[Channel, str]:
     (N counts per revolution); velocities in any of these a second (rad/s, deg/s, ...), rpm or
     ``counts/N`` (counts a second); added inertias in kgm2, gm2, kgcm2, gcm2 or, of a linear axis,
     kg, g; or a bare number to multiply by. For drives, loads and added inertias a number may stand
-    in place of the column: ``u=0`` is a free decay. With a delay in s, of any channel but t, what
-    stands at a time belongs so much earlier (later if it is negative).
+    in place of the column: ``u=0`` is a free decay. ``u=unknown`` makes the upper disc's measured
+    motion the input. With a delay in s, of any channel but t, what stands at a time belongs so much
+    earlier (later if it is negative).
 
     Raises:
         InputError: an entry has no "=", an unknown channel or comes twice.
@@ -137,7 +141,8 @@ def missing_text(
     current = next((f for f in found if "current" in f.lower()), "CURRENT")
     torque = (
         f" (or --map torque=COLUMN, a measured torque, --map torque={printable(current, 60)}:0.05, "
-        "a current times the torque constant, Nm/A, or --map u=0, no drive)"
+        "a current times the torque constant, Nm/A, --map u=0, no drive, or --map u=unknown, an "
+        "upper disc whose motion was measured and moved by whatever)"
         if one == "u"
         else ""
     )
@@ -169,6 +174,8 @@ def _without_delay(text: str) -> tuple[str, float]:
 def _parse(
     source: str, channel: Channel, text: str, found: Sequence[str], others: Sequence[str]
 ) -> Column:
+    if channel == "u" and text == UNKNOWN and text not in found:
+        return Column(text, unknown=True)
     # A column may itself hold a colon or an @, so the whole text is tried first.
     whole, delay = (text, 0.0) if text in found else _without_delay(text)
     name, colon, unit = (whole, "", "") if whole in found else whole.rpartition(":")

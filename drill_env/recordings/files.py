@@ -17,6 +17,7 @@ from drill_env.recordings.columns import (
     wanted_names,
 )
 from drill_env.recordings.manifest_entries import MANIFEST, RecordingSettings, column_map
+from drill_env.recordings.prescribed import UNKNOWN
 from drill_env.recordings.read import recording_from
 from drill_env.recordings.recording import Recording
 from drill_env.recordings.tables import Table, Values, read_table
@@ -48,14 +49,18 @@ def read_files(source: Path, entry: RecordingSettings) -> Recording:
             others[channel] = (part.t - entry.delay.get(name, 0.0), part.channel(channel))
         if name in DRIVES:
             drive = part.drive
-    if "u" not in others and parts[main].u is None:
-        raise InputError(f"{source}: no file of u; add it to files in {MANIFEST}, or columns.u = 0")
+    moved = entry.columns.get("u") == UNKNOWN and set(DRIVES).isdisjoint(parts)
+    if "u" not in others and parts[main].u is None and not moved:
+        raise InputError(
+            f"{source}: no file of u; add it to files in {MANIFEST}, or columns.u = 0, or "
+            f'columns.u = "{UNKNOWN}"'
+        )
     rows = _named_after(source, parts, main)
     rows = replace(rows, t=rows.t - entry.delay.get(main, 0.0), drive=drive)
     whole = on_rows(rows, others, interpolate=entry.interpolate)
     for note in whole.notes[len(rows.notes) :]:
         warnings.warn(note, stacklevel=2)
-    return whole
+    return replace(whole, drive="motion") if moved else whole
 
 
 def _named_after(source: Path, parts: Mapping[Channel, Recording], main: Channel) -> Recording:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -50,7 +51,8 @@ def read_recording(
 ) -> Recording:
     """Read one recording and check it.
 
-    Row i holds the readings at t[i] and the voltage or torque held from t[i] to t[i+1].
+    Row i holds the readings at t[i] and the voltage or torque held from t[i] to t[i+1]; with
+    ``u=unknown`` in its place the upper disc's acceleration that its readings show.
     Each remark is issued as a `RecordingWarning` and kept in the recording's notes.
 
     Args:
@@ -88,6 +90,9 @@ def recording_from(
     absent = [name for name in need if name not in there]
     if absent:
         raise InputError(missing_text(source, absent, found, table.others))
+    moved = "u" in columns and columns["u"].unknown
+    if moved:
+        del columns["u"]
     check_length(table.columns[columns["t"].name], source)
     values, places = _channels(source, table, columns, missing)
     extra, ignored = _extra(source, table, columns)
@@ -108,6 +113,8 @@ def recording_from(
         columns=(*found, *table.constants), notes=tuple(notes),
     )  # fmt: skip
     recording = _shifted(recording, columns, interpolate=interpolate)
+    if moved:
+        recording = replace(recording, drive="motion")
     for note in recording.notes:
         warnings.warn(note, stacklevel=3)
     return recording

@@ -14,10 +14,12 @@ from drill_env._errors import InputError, printable
 from drill_env._types import BoolArray, FloatArray, IntArray
 from drill_env.recordings.columns import missing_text
 from drill_env.recordings.limits import LARGEST
+from drill_env.recordings.prescribed import held_acceleration
 from drill_env.recordings.units import ANGLES, INERTIAS, LOADS, VELOCITIES, Channel
 
-Drive: TypeAlias = Literal["voltage", "torque"]
-"""What drives the rig: the motor's voltage, or its torque (of a linear axis, force) itself."""
+Drive: TypeAlias = Literal["voltage", "torque", "motion"]
+"""What drives the rig: the motor's voltage, its torque (of a linear axis, force) itself, or
+something unknown, where the upper disc's measured motion is the input."""
 
 BRAKES = 1e-12
 """Voltage (V) of a bridge that brakes at 0 V: below any converter's step, and not 0."""
@@ -38,7 +40,7 @@ def _bridged(recording: Recording, bridge: FloatArray) -> FloatArray | None:
     if recording.drive != "voltage":
         raise InputError(
             f"{source}: bridge goes with a voltage u; a measured torque is 0 where the motor "
-            "coasts, leave bridge out"
+            "coasts, and an unknown drive has none: leave bridge out"
         )
     other = bridge[(bridge != 0.0) & (bridge != 1.0)]
     if len(other):
@@ -85,7 +87,8 @@ class Recording:
     Attributes:
         t: times in s, strictly ascending, shape (n,).
         u: motor voltage in V, or motor torque in Nm (force in N) where `drive` says so,
-            shape (n,), or None.
+            shape (n,), or None. Where the motion is the drive, leave it None: it becomes the upper
+            disc's acceleration in rad/s^2, held so that it leads along the measured motion.
         theta_u: upper-disc angle in rad (or position in m), shape (n,), or None; NaN if missing.
         theta_l: lower-disc angle in rad, shape (n,), or None; NaN where missing.
         omega_u: upper-disc velocity in rad/s (or m/s) as measured, and not as computed from
@@ -148,6 +151,9 @@ class Recording:
         object.__setattr__(self, "effects", _tables(self.source, self.effects))
         if self.bridge is not None:
             object.__setattr__(self, "u", _bridged(self, self.bridge))
+        if self.drive == "motion" and self.u is None:
+            held = held_acceleration(self.t, self.theta_u, self.omega_u, self.source)
+            object.__setattr__(self, "u", held)
 
     def __len__(self) -> int:
         return len(self.t)
