@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from drill_env.diagnosis import grid_starts
 from drill_env.diagnosis.attempts import attempted, confused_with
 from drill_env.diagnosis.fit_changes import added
 from drill_env.diagnosis.grid_starts import descended, has_peaks
-from drill_env.diagnosis.joint import polished
+from drill_env.diagnosis.joint import descend_until, polished
 from drill_env.diagnosis.linearised import linearised_at
 from drill_env.diagnosis.stiction_starts import best_at_rest
 from drill_env.diagnosis.terms import Named, Term
@@ -57,3 +59,27 @@ def test_what_the_best_name_is_taken_for_is_tried_too():
     asked = [effect.id for effect in confused_with([best], peaked)]
     assert "gear_backlash" in asked
     assert "string_inertia" not in asked and "gear_compliance" not in asked
+
+
+def test_all_recordings_choose_among_the_peaks_of_the_worst_one(monkeypatch):
+    frequency, damping = 0.88, 0.075
+    samples = recorded("string_inertia", (frequency, damping), "random steps", "sines")
+    setting, base = setting_of(*samples)
+    source = Named(LIBRARY["string_inertia"])
+
+    def misled(one, fit, source, grid, goal):
+        wrong, near = (
+            added(one, fit, Term(source, np.array([f, damping]))) for f in (5.0, 1.05 * frequency)
+        )
+        # As if far-off numbers fitted the one recording best.
+        return replace(wrong, value=goal - 1e6), [near]
+
+    monkeypatch.setattr(grid_starts, "_best_alone", misled)
+    (found,) = descended(linearised_at(setting, base), [source.effect], [], lambda text: None)
+    assert found.term.q[0] == pytest.approx(frequency, rel=0.03)
+
+
+def test_no_descent_begins_where_the_filter_breaks_down():
+    setting, base = setting_of(*recorded("string_inertia", (0.88, 0.075), "sines"))
+    broken = replace(base, value=math.inf, gradient=np.full_like(base.gradient, np.nan))
+    assert descend_until(setting, broken, limit=3, enough=1.0, only=None) == (broken, True)

@@ -82,6 +82,8 @@ def descended(
             tried = (there, *(moved_in(one[0], peak) for peak in peaks))
             starts = [added(setting, replace(fit, vector=f.vector), f.terms[-1]) for f in tried]
             start = min(starts, key=lambda f: f.value)
+            if not math.isfinite(start.value):
+                continue
             goal = goal_of(fit, attempted(fit, start), found)
             found.append(attempted(fit, _raced(setting, start, goal)))
             best = min(best, there.value)

@@ -231,6 +231,9 @@ def descend_until(
     Returns:
         Where it came to, and whether it is settled there: the last round gained less than enough.
     """
+    if not math.isfinite(start.value):
+        # Where the filter breaks down no slope leads on.
+        return start, True
     here, damping, settled, least = start, 1e-4, False, _PROMISE * enough
     for left in range(limit + later - 1, later - 1, -1):
         before = here.value
