@@ -1,4 +1,4 @@
-"""The motion that readings show by themselves, without a model of the rig."""
+"""The motion that readings show, whatever is missing from the rig."""
 
 from __future__ import annotations
 
