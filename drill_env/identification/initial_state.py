@@ -23,7 +23,7 @@ _SPEED_WINDOW = 0.05
 
 def local_fit(
     t: FloatArray, theta: FloatArray, row: int, step: float | None = None
-) -> tuple[float, float, float]:
+) -> tuple[float, float]:
     """Angle and velocity at one row by a parabola over the samples around it.
 
     The window grows up to 0.3 s for as long as the velocities of all windows agree within
@@ -37,11 +37,11 @@ def local_fit(
         step: the encoder's step in rad where known.
 
     Returns:
-        Angle in rad and velocity in rad/s, and the velocity's standard deviation.
+        Angle in rad and velocity in rad/s.
     """
     noise = _noise(t, theta, row, step)
     low, high = -math.inf, math.inf
-    best = (float(theta[row]), 0.0, math.inf)
+    best = (float(theta[row]), 0.0)
     width = float(_FEWEST)
     while True:
         half = int(width) // 2
@@ -55,7 +55,7 @@ def local_fit(
         low, high = max(low, velocity - margin), min(high, velocity + margin)
         if low > high:
             return best
-        best = (angle, velocity, noise * spread)
+        best = (angle, velocity)
         if start == 0 and stop == len(t):
             return best
         width = max(width * _GROWTH, width + 1)
@@ -127,7 +127,7 @@ def _angle_fits(recording: Recording, row: int) -> dict[Channel, tuple[float, fl
         known = np.flatnonzero(np.isfinite(theta))
         t, read = recording.t[known], theta[known]
         near = 0 if row == 0 else min(int(np.searchsorted(known, row)), len(known) - 1)
-        angle, velocity, _ = local_fit(t, read, near, step)
+        angle, velocity = local_fit(t, read, near, step)
         if row == 0:
             angle = float(read[0])
             velocity = 0.0 if _starts_at_rest(t, read, step) else velocity
