@@ -15,7 +15,7 @@ from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.effects.along import Motion
 from drill_env.integrator import sampled_voltage, simulate
 from drill_env.integrator.windows import Windows
-from drill_env.prediction.compare import row_of, row_of_gains, standard_error, weighed
+from drill_env.prediction.compare import row_of, standard_error, weighed
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.likelihood import log_density, scales
 from drill_env.prediction.rule import Entrant, chosen
@@ -86,7 +86,7 @@ def test_the_rig_itself_predicts_its_readings_from_any_row(effects):
     windows = Windows(
         Motion(t, u, states, np.zeros(1, dtype=np.int64)), starts, rows, as_read=False
     )
-    found = windows.predicted(rig, rtol=1e-7)[..., :2]
+    found = windows.predicted(rig, rtol=1e-7).readings
     assert np.abs(found - run.readings[rows]).max() < 1e-3
 
 
@@ -163,7 +163,7 @@ def test_too_short_a_recording_is_refused_with_what_to_do():
 
 def entrant(name: str, per_window: float, *, named: bool, component: str = "upper") -> Entrant:
     scatter = 0.1 * np.random.default_rng(0).standard_normal(40)
-    row = row_of_gains(name, 1, per_window + scatter)
+    row = row_of(name, 1, (per_window + scatter)[:, np.newaxis], [0] * 40)
     return Entrant(name, component, "omega_u", named, False, True, row)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.explained import explained_share
-from drill_env.diagnosis.intervals import Z_95, significant
+from drill_env.diagnosis.intervals import significant
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.result import (
     Alternative,
@@ -30,7 +30,7 @@ from drill_env.effects import LIBRARY
 from drill_env.prediction.candidate import Candidate
 from drill_env.prediction.decide import Choice, Tried
 from drill_env.prediction.fit import Fit, errors_of
-from drill_env.prediction.intervals import covariance, deviations
+from drill_env.prediction.intervals import covariance, deviations, quantile
 from drill_env.prediction.search import Fold
 
 
@@ -85,9 +85,9 @@ def answer_by_prediction(
 def _effect(choice: Choice, after: Fit, place: int, spread: FloatArray) -> NamedEffect:
     assert choice.chosen is not None
     effect = LIBRARY[choice.chosen.candidate.id]
-    units = {p.name: p.unit for p in effect.parameters}
+    units, width = {p.name: p.unit for p in effect.parameters}, quantile(after)
     numbers = {
-        name: Number(value, value - Z_95 * size, value + Z_95 * size, units[name])
+        name: Number(value, value - width * size, value + width * size, units[name])
         for name, (value, size) in deviations(after, place, spread).items()
     }
     return NamedEffect(
@@ -99,17 +99,19 @@ def _effect(choice: Choice, after: Fit, place: int, spread: FloatArray) -> Named
 def _changes(after: Fit, spread: FloatArray) -> dict[str, Change]:
     """Parameters of the rig before and after, with 95 % intervals."""
     setting, count = after.setting, len(after.setting.free)
-    vector = after.vector[:count]
+    vector, width = after.vector[:count], quantile(after)
     slopes = setting.coordinates.jacobian(vector)
     sizes = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", slopes, spread[:count, :count], slopes), 0))
     values = setting.coordinates.values(vector)
     out = {
-        name: Change(getattr(setting.start, name), value, value - Z_95 * size, value + Z_95 * size)
+        name: Change(
+            getattr(setting.start, name), value, value - width * size, value + width * size
+        )
         for (name, value), size in zip(values.items(), sizes.tolist(), strict=True)
     }
     of_effects = zip(setting.given, after.vector[count : setting.shift].tolist(), strict=True)
     for place, (one, x) in enumerate(of_effects, start=count):
-        size = Z_95 * abs(one.slope(x)) * math.sqrt(max(float(spread[place, place]), 0.0))
+        size = width * abs(one.slope(x)) * math.sqrt(max(float(spread[place, place]), 0.0))
         out[one.label] = Change(one.value, one.at(x), one.at(x) - size, one.at(x) + size)
     return out
 

@@ -26,7 +26,7 @@ from drill_env.identification.samples import Samples, prepare
 from drill_env.parameters import Rig
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.cut import cut, leads_of, upper_axis
-from drill_env.prediction.decide import Choice, explained
+from drill_env.prediction.decide import Choice, Explained, explained
 from drill_env.prediction.fit import Fit
 from drill_env.prediction.motion import motion_as_read
 from drill_env.prediction.offer import candidates_for, free_names
@@ -94,7 +94,7 @@ def diagnose_by_prediction(
         axis, left_out = upper_axis(rig), (*options.leave_out, *left_out_of_search(recordings))
         read = tuple([(s, motion_as_read(s, axis)) for s in group] for group in (seen, unseen))
 
-        def look(horizon: float) -> tuple[list[Choice], tuple[Fit, ...], Fold, FloatArray]:
+        def look(horizon: float) -> tuple[Explained, FloatArray]:
             leads = leads_of(min((seen, unseen), key=_seconds), criteria, horizon)
             report(f"predicting {leads[-1]:.2g} s ahead")
             folds = _folds(read, rig, leads, fixed, options, criteria)
@@ -102,19 +102,18 @@ def diagnose_by_prediction(
             offered = candidates_for(
                 axis, motions, left_out, amplifier=amplifier, pulled=rig.inertias == 2
             )
-            choices, fits = explained(folds, offered, criteria, options.most, report)
-            return choices, fits, folds[0], leads
+            return explained(folds, offered, criteria, options.most, report), leads
 
-        choices, fits, fold, leads = look(criteria.horizons[0])
+        found, leads = look(criteria.horizons[0])
         for horizon in criteria.horizons[1:]:
-            if any(c.chosen is not None for c in choices) or report("looking further ahead"):
+            if any(c.chosen for c in found.choices) or report("looking further ahead"):
                 break
-            choices, fits, fold, leads = look(horizon)
+            found, leads = look(horizon)
         report("intervals")
-        before = choices[0].found.before[0] if choices else fits[0]
-        result = answer_by_prediction(choices, before, fits[0], fold, leads, options)
+        before, after, fold = found.alone, found.fits[0], found.folds[0]
+        result = answer_by_prediction(found.choices, before, after, fold, leads, options)
     return PredictionDiagnosis(
-        result, tuple(choices), before, fits[0], fold, leads, rig, fits[0].rig
+        result, tuple(found.choices), before, after, fold, leads, rig, after.rig
     )
 
 

@@ -189,7 +189,10 @@ class _Judge:
         scatter = 0.0 < error < math.inf
         z = gain / error if scatter else math.copysign(math.inf, gain)
         error = error if scatter else 0.0
-        row = Row(attempt.term.id, gain, error, z, (told, unseen), len(attempt.term.q), each)
+        row = Row(
+            attempt.term.id, gain, error, z, (told, unseen), len(attempt.term.q), each,
+            recordings=tuple(self.marks()),
+        )  # fmt: skip
         # What scatter may do is no contradiction.
         borne = unseen > -max(self.criteria.gain, self.criteria.z * error)
         return row, borne and not at_range_end(attempt.term)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,6 +25,18 @@ from drill_env.parameters import Rig
 _MOST_STEPS = 5_000
 
 
+class Predicted(NamedTuple):
+    """What a rig predicts at rows of windows; infinite where the integration failed.
+
+    Attributes:
+        states: twist, omega_u, omega_l and theta_l, rad and rad/s, shape (w, k, 4).
+        readings: theta_u and theta_l as the encoders read them, rad, shape (w, k, 2).
+    """
+
+    states: FloatArray
+    readings: FloatArray
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Windows:
     """Stretches of a motion that are predicted from their first row on.
@@ -34,15 +47,17 @@ class Windows:
         rows: rows that are predicted, ascending and after the start, shape (w, k).
         as_read: whether the motion's angles are those that the encoders read, their errors
             included, and not those of the discs.
+        begin: states of the discs at the starts, shape (w, 4); those of the motion by default.
     """
 
     motion: Motion
     starts: IntArray
     rows: IntArray
     as_read: bool = True
+    begin: FloatArray | None = None
 
-    def predicted(self, rig: Rig, *, shift: float = 0.0, rtol: float = 1e-5) -> FloatArray:
-        """Readings that a rig predicts from the motion at the starts alone.
+    def predicted(self, rig: Rig, *, shift: float = 0.0, rtol: float = 1e-5) -> Predicted:
+        """What a rig predicts from the motion at the starts alone.
 
         The effects' inner states at a start are those to which the motion before it leads; the
         encoders' errors are taken off the start and put onto the prediction.
@@ -52,10 +67,6 @@ class Windows:
             shift: by which the drive acts later than the clock of the readings says, s.
             rtol: relative tolerance of the integration.
 
-        Returns:
-            Angles theta_u and theta_l (rad) as the encoders read them, and speeds omega_u and
-            omega_l (rad/s), shape (w, k, 4); infinite where the integration failed.
-
         Raises:
             InputError: an effect of the rig is wrong.
         """
@@ -64,13 +75,10 @@ class Windows:
         read = self.motion
         true = _without_errors(read, rig, prepared.effects) if senses and self.as_read else read
         states, inner = self._run(prepared, rig, true, shift, rtol)
-        out = np.stack(
-            [states[..., 0] + states[..., 3], states[..., 3], states[..., 1], states[..., 2]],
-            axis=2,
-        )
+        readings = np.stack([states[..., 0] + states[..., 3], states[..., 3]], axis=2)
         if senses:
-            out[..., :2] += self._errors(prepared, true, states, inner)
-        return out
+            readings += self._errors(prepared, true, states, inner)
+        return Predicted(states, readings)
 
     def _run(
         self, prepared: Prepared, rig: Rig, motion: Motion, shift: float, rtol: float
@@ -95,7 +103,8 @@ class Windows:
         scratch = (
             np.zeros((w * k, 2), dtype=np.int64), np.zeros(256, dtype=EVENT), np.zeros((0, 4, 1)),
         )  # fmt: skip
-        starts = np.ascontiguousarray(motion.states[self.starts, :4])
+        known = motion.states[self.starts, :4] if self.begin is None else self.begin
+        starts = np.ascontiguousarray(known)
         run_windows(
             prepared.p[0], run[0], work[0], prepared.pair[0], begin, (breaks, pieces), spans,
             t[self.rows].ravel(), starts, memory, (states, inner), scratch,

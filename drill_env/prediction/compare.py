@@ -28,6 +28,7 @@ class Row:
         windows: gain of each unseen window, shape (w,).
         weight: probability among the listed models, see `weighed`; 0 where it is not listed.
         leads: at how many each window was predicted.
+        recordings: which recording each window is of; of one where there are none.
     """
 
     id: str
@@ -39,6 +40,7 @@ class Row:
     windows: FloatArray
     weight: float = 0.0
     leads: int = 1
+    recordings: tuple[int, ...] = ()
 
 
 def row_of(name: str, numbers: int, gains: FloatArray, recordings: Sequence[int]) -> Row:
@@ -55,12 +57,17 @@ def row_of(name: str, numbers: int, gains: FloatArray, recordings: Sequence[int]
     gain = float(windows.sum())
     z = gain / error if error > 0.0 else 0.0
     by_lead = tuple(gains.sum(axis=0).tolist())
-    return Row(name, gain, error, z, by_lead, numbers, windows, leads=gains.shape[1])
+    return Row(
+        name, gain, error, z, by_lead, numbers, windows, leads=gains.shape[1],
+        recordings=tuple(recordings),
+    )  # fmt: skip
 
 
-def row_of_gains(name: str, numbers: int, windows: FloatArray) -> Row:
-    """As `row_of` for gains that were summed over the leads."""
-    return row_of(name, numbers, windows[:, np.newaxis], [0] * len(windows))
+def difference(one: Row, other: Row) -> Row:
+    """One model beside another that predicted the same windows."""
+    windows = one.windows - other.windows
+    recordings = one.recordings or [0] * len(windows)
+    return row_of(one.id, one.numbers, windows[:, np.newaxis], recordings)
 
 
 def standard_error(windows: FloatArray, recordings: Sequence[int]) -> float:
@@ -91,10 +98,11 @@ def weighed(rows: Sequence[Row], odds: Sequence[float], seed: int = 0) -> FloatA
     """Probabilities of models that exclude each other.
 
     Pseudo-BMA with the Bayesian bootstrap over windows (Yao, Vehtari, Simpson and Gelman, Bayesian
-    Analysis 13, 2018), times the prior odds. A number costs one nat (Akaike). The errors of one
-    window at several leads are one observation, of which their mean is the log density: as a
-    product of independent ones they would be sure of what they cannot know (composite likelihood;
-    Varin, Reid and Firth, Statistica Sinica 21, 2011).
+    Analysis 13, 2018), over recordings where there are more than two, as windows of one recording
+    share the error of their model; times the prior odds. A number costs one nat (Akaike). The
+    errors of one window at several leads are one observation, of which their mean is the log
+    density: as a product of independent ones they would be sure of what they cannot know
+    (composite likelihood; Varin, Reid and Firth, Statistica Sinica 21, 2011).
 
     Args:
         rows: the models.
@@ -107,8 +115,12 @@ def weighed(rows: Sequence[Row], odds: Sequence[float], seed: int = 0) -> FloatA
     if not rows:
         return np.zeros(0)
     gains = np.stack([row.windows / row.leads for row in rows])
-    count = gains.shape[1]
+    which = np.arange(gains.shape[1])
+    if len(set(rows[0].recordings)) > 2:
+        which = np.unique(rows[0].recordings, return_inverse=True)[1]
+    count = int(which.max()) + 1
     draws = np.random.default_rng(seed).dirichlet(np.ones(count), _DRAWS) * count
+    draws = draws[:, which]
     prior = np.log(odds) - np.array([row.numbers for row in rows])
     log = draws @ gains.T + prior
     share = np.exp(log - log.max(axis=1, keepdims=True))

@@ -15,10 +15,9 @@ from drill_env.identification.samples import Samples
 from drill_env.integrator.windows import Windows
 from drill_env.parameters import Rig
 from drill_env.prediction.criteria import Criteria
-from drill_env.prediction.likelihood import FAR
+from drill_env.prediction.likelihood import FAR, scales
+from drill_env.prediction.starts import WIDEST, Starts, rows_within, starts_of, widths_of
 
-# A start needs readings on both sides for its speed, s.
-_MARGIN = 0.06
 # Sampling intervals: below them encoder counts are all there is.
 _FIRST = 3.0
 
@@ -31,6 +30,8 @@ class Cut:
         samples: the recording.
         windows: what is predicted from where.
         target: readings at the predicted rows, shape (w, k, c).
+        width: of the readings before and behind a start that tell it, s.
+        starts: what tells where each window begins.
         lower: measured angle of the lower disc, rad, where the upper one alone is predicted;
             shape (n,).
     """
@@ -38,6 +39,8 @@ class Cut:
     samples: Samples
     windows: Windows
     target: FloatArray
+    width: float
+    starts: Starts
     lower: FloatArray | None = None
 
     @property
@@ -53,12 +56,32 @@ class Cut:
             shift: of the drive behind the readings, in sampling intervals.
             windows: of the same motion; those of the cut by default.
         """
-        count, delay = self.target.shape[2], shift * self.interval
+        count, starts = self.target.shape[2], self.starts
+        rig, motion, delay = self._acting(rig, shift)
+        if windows is not None:
+            starts = starts_of(self.samples, windows, count, self.width).led(rig, motion, delay)
         windows = self.windows if windows is None else windows
+        begin = starts.states(rig, motion, delay)
+        windows = replace(windows, motion=motion, begin=begin)
+        return windows.predicted(rig, shift=delay).readings[..., :count]
+
+    def begun(self, width: float, rig: Rig, shift: float) -> Cut:
+        """The same windows with starts from other readings.
+
+        Args:
+            width: of those before and behind a start that tell it, s.
+            rig: fitted to the recording.
+            shift: of the drive, likewise.
+        """
+        starts = starts_of(self.samples, self.windows, self.target.shape[2], width)
+        return replace(self, width=width, starts=starts.led(*self._acting(rig, shift)))
+
+    def _acting(self, rig: Rig, shift: float) -> tuple[Rig, Motion, float]:
+        """The rig with what acts on it in this recording, the drive, and its delay, s."""
+        motion, delay = self.windows.motion, shift * self.interval
         if self.lower is not None:
-            rig, windows = _pulled(rig, windows, self.lower, delay)
-        rig = loaded(rig, self.samples.recording)
-        return windows.predicted(rig, shift=delay)[..., :count]
+            rig, motion = _pulled(rig, motion, self.lower, delay)
+        return loaded(rig, self.samples.recording), motion, delay
 
     def errors(self, rig: Rig, shift: float) -> FloatArray:
         """Predicted less read, rad; large where the prediction failed; shape (w, k, c)."""
@@ -78,9 +101,8 @@ def upper_axis(rig: Rig) -> Rig:
     ).replace(effects=rig.effects)
 
 
-def _pulled(rig: Rig, windows: Windows, lower: FloatArray, delay: float) -> tuple[Rig, Windows]:
+def _pulled(rig: Rig, motion: Motion, lower: FloatArray, delay: float) -> tuple[Rig, Motion]:
     """The upper disc on a string whose other end moves as it was measured."""
-    motion = windows.motion
     known = np.isfinite(lower)
     # The drive acts late, the string does not; held over an interval is what it is in the middle.
     middle = motion.t + delay + 0.5 * float(np.median(np.diff(motion.t)))
@@ -89,7 +111,7 @@ def _pulled(rig: Rig, windows: Windows, lower: FloatArray, delay: float) -> tupl
     spring = {"id": "upper_spring", "stiffness": rig.ktheta, "centre": 0.0}
     axis = upper_axis(rig)
     axis = axis.replace(effects=(*axis.effects, spring))
-    return axis, replace(windows, motion=replace(motion, u=drive))
+    return axis, replace(motion, u=drive)
 
 
 def leads_of(samples: Sequence[Samples], criteria: Criteria, horizon: float) -> FloatArray:
@@ -135,12 +157,14 @@ def cut(
         InputError: a disc's angle is missing.
     """
     lower = samples.angles[:, 1] if pulled else None
-    t, channels = samples.t, 1 if pulled else rig.inertias
+    t, channels, side = samples.t, 1 if pulled else rig.inertias, rows_within(samples, WIDEST)
     starts, rows = [], []
     edges = [*samples.restarts.tolist(), len(t)]
     for a, b in zip(edges, edges[1:], strict=False):
-        last = float(t[b - 1]) - leads[-1] - _MARGIN
-        for begin in np.arange(float(t[a]) + _MARGIN, last, leads[-1] + 1e-9).tolist():
+        if b - a <= 2 * side:
+            continue
+        last = min(float(t[b - 1]) - leads[-1], float(t[b - 1 - side]))
+        for begin in np.arange(float(t[a + side]), last, leads[-1] + 1e-9).tolist():
             row = int(np.searchsorted(t, begin))
             ahead = _rows(t, row, leads)
             if np.isfinite(samples.angles[ahead][:, :channels]).all():
@@ -148,11 +172,13 @@ def cut(
                 rows.append(ahead)
     if not starts:
         raise InputError(
-            f"{samples.recording.source}: no stretch of {leads[-1] + 2 * _MARGIN:.3g} s without a "
+            f"{samples.recording.source}: no stretch of {leads[-1] + WIDEST:.3g} s without a "
             "gap or a missing angle; record longer or repair the file"
         )
     windows = Windows(motion, np.array(starts), np.array(rows))
-    return Cut(samples, windows, samples.angles[windows.rows][..., :channels], lower)
+    target = samples.angles[windows.rows][..., :channels]
+    starts = starts_of(samples, windows, channels, WIDEST)
+    return Cut(samples, windows, target, WIDEST, starts, lower)
 
 
 def _rows(t: FloatArray, start: int, leads: FloatArray) -> IntArray:
@@ -161,3 +187,18 @@ def _rows(t: FloatArray, start: int, leads: FloatArray) -> IntArray:
     for k in range(1, len(rows)):
         rows[k] = max(rows[k], rows[k - 1] + 1)
     return np.minimum(rows, len(t) - 1)
+
+
+def begun_best(cut: Cut, rig: Rig, shift: float, degrees: float) -> Cut:
+    """A recording's windows with the starts from which a rig predicts them best.
+
+    Many readings average the encoder's errors, few follow what the rig lacks.
+
+    Args:
+        cut: the recording.
+        rig: fitted to it.
+        shift: of the drive, likewise.
+        degrees: of freedom of the errors.
+    """
+    choices = [cut.begun(width, rig, shift) for width in widths_of(cut.samples)]
+    return min(choices, key=lambda c: float(np.log(scales(c.errors(rig, shift), degrees)).sum()))

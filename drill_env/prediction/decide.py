@@ -10,7 +10,7 @@ from drill_env.prediction.candidate import Candidate
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.fit import Fit, fit
 from drill_env.prediction.rule import NO_GRADES, Entrant, Grades, chosen
-from drill_env.prediction.search import Fold, Round, Tried, searched
+from drill_env.prediction.search import Fold, Round, Tried, begun_anew, searched, without_first
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,6 +40,23 @@ class Choice:
     def named(self) -> bool:
         """Whether it has a name."""
         return self.chosen is not None and self.chosen.candidate.effect is not None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Explained:
+    """What a search came to.
+
+    Attributes:
+        choices: one for each thing that was found; the last may have found nothing.
+        alone: the rig without them, fitted.
+        fits: with all that was taken, one for each fold.
+        folds: with windows that begin where these fits predict best from.
+    """
+
+    choices: list[Choice]
+    alone: Fit
+    fits: tuple[Fit, ...]
+    folds: tuple[Fold, ...]
 
 
 def decided(found: Round, criteria: Criteria) -> Choice:
@@ -75,7 +92,7 @@ def _entrant(tried: Tried) -> Entrant:
 def explained(
     folds: Sequence[Fold], candidates: Sequence[Candidate], criteria: Criteria, most: int,
     report: Report,
-) -> tuple[list[Choice], tuple[Fit, ...]]:  # fmt: skip
+) -> Explained:  # fmt: skip
     """Look for one thing after another that is missing.
 
     Args:
@@ -84,19 +101,13 @@ def explained(
         criteria: of the decision.
         most: things that are looked for.
         report: told what is done next, see `Report`.
-
-    Returns:
-        A choice for each round, the last of which may have found nothing, and the fits with all
-        that was taken.
     """
     report("fitting the rig alone")
-    here = tuple(fit(f.setting, f.setting.centre) for f in folds)
-    choices: list[Choice] = []
+    folds, here = begun_anew(folds, tuple(fit(f.setting, f.setting.centre) for f in folds))
+    alone, choices, offered = here[0], list[Choice](), list(candidates)
     while len(choices) < most:
         if choices and report("looking for more"):
             break
-        taken = {c.chosen.candidate.id for c in choices if c.chosen is not None}
-        offered = [c for c in candidates if c.id not in taken]
         choice = decided(searched(folds, here, offered, report), criteria)
         first = choices[0].chosen if choices else None
         if choice.chosen is not None and first is not None:
@@ -106,10 +117,31 @@ def explained(
         choices.append(choice)
         if choice.chosen is None or choice.remainder:
             break
-        here = choice.chosen.fits
+        offered = [c for c in offered if c is not choice.chosen.candidate]
+        folds, here = begun_anew(folds, choice.chosen.fits)
         if not choice.named:
             break
-    return choices, here
+        if len(choices) > 1:
+            choices, here = _again(folds, choices, here, criteria, report)
+    return Explained(choices, alone, here, folds)
+
+
+def _again(
+    folds: Sequence[Fold], choices: Sequence[Choice], here: Sequence[Fit], criteria: Criteria,
+    report: Report,
+) -> tuple[list[Choice], tuple[Fit, ...]]:  # fmt: skip
+    """Choose each of several effects once more, beside the others.
+
+    What was found first was judged while the rest was missing, and may have stood in for it.
+    """
+    kept: list[Choice] = []
+    for choice in choices:
+        rivals = [t.candidate for t in choice.found.names if t.row.weight > 0.0]
+        choice = decided(searched(folds, without_first(here), rivals, report), criteria)
+        # What is taken comes last among the fits, so that once round all stand in their order.
+        here = choice.found.before if choice.chosen is None else choice.chosen.fits
+        kept += [] if choice.chosen is None else [choice]
+    return kept, tuple(here)
 
 
 def _weighted(tried: Tried, weight: float) -> Tried:

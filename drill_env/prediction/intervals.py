@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.special import stdtrit
 
 from drill_env._types import FloatArray
 from drill_env.prediction.fit import Fit, all_slopes, spread_of
@@ -14,16 +15,31 @@ _STEP = 1e-4
 def covariance(here: Fit) -> FloatArray:
     """Of all numbers of a fit, by the sandwich of Godambe (1960); shape (m, m).
 
-    Leads of a window depend on each other, so the curvature alone would be too sure.
+    Leads of a window depend on each other, so the curvature alone would be too sure. A fit follows
+    its own errors: each window's are those of a fit without it (CR3; Bell and McCaffrey, Survey
+    Methodology 28, 2002).
     """
-    degrees = here.setting.criteria.degrees
+    windows, degrees = len(here.errors), here.setting.criteria.degrees
+    root = np.sqrt(weights(here.errors, here.size, degrees))
     columns = np.nan_to_num(all_slopes(here) / here.size[..., np.newaxis])
-    weight = weights(here.errors, here.size, degrees)
-    pulls = np.einsum("wkcm,wkc->wm", columns, weight * here.errors / here.size)
-    curvature = np.einsum("wkcm,wkc,wkcn->mn", columns, weight, columns, optimize=True)
+    columns = (columns * root[..., np.newaxis]).reshape(windows, root[0].size, -1)
+    errors = (root * here.errors / here.size).reshape(windows, -1)
     known = np.diag(1.0 / spread_of(here) ** 2)
+    curvature = np.einsum("wkm,wkn->mn", columns, columns, optimize=True)
     bread = np.linalg.pinv(curvature + known, hermitian=True)
+    rest = np.eye(errors.shape[1]) - columns @ bread @ columns.swapaxes(1, 2)
+    # What one window alone determines has no error of its own, and no other tells one.
+    left = (np.linalg.pinv(rest, hermitian=True) @ errors[..., np.newaxis])[..., 0]
+    pulls = np.einsum("wkm,wk->wm", columns, left)
     return np.asarray(bread @ (pulls.T @ pulls + known) @ bread, dtype=np.float64)
+
+
+def quantile(here: Fit) -> float:
+    """Of Student's t on either side of 95 %, a degree of freedom less than windows.
+
+    As MacKinnon, Nielsen and Webb, J. of Econometrics 232 (2023), take it with that sandwich.
+    """
+    return float(stdtrit(max(len(here.errors) - 1, 1), 0.975))
 
 
 def deviations(here: Fit, place: int, spread: FloatArray) -> dict[str, tuple[float, float]]:

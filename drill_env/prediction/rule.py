@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from drill_env.prediction.compare import Row, listed, row_of_gains, weighed
+from drill_env.prediction.compare import Row, difference, listed, weighed
 from drill_env.prediction.criteria import Criteria
 
 # Standard errors behind the best from which a model is ruled out: 95 % of a normal.
@@ -136,14 +136,14 @@ def _stands_for(name: Entrant, shapes: Sequence[Entrant], criteria: Criteria) ->
 
 def _ahead(one: Row, other: Row, criteria: Criteria) -> bool:
     """Whether one predicts clearly better than another; one window has no scatter."""
-    beyond = row_of_gains("", 0, one.windows - other.windows)
+    beyond = difference(one, other)
     scatter = 0.0 < beyond.error < math.inf
     return beyond.gain >= criteria.gain and (not scatter or beyond.z >= criteria.z)
 
 
 def _beside(best: Row, row: Row) -> bool:
     """Whether the scatter of windows does not rule out that one predicts as well as the best."""
-    behind = row_of_gains("", 0, best.windows - row.windows)
+    behind = difference(best, row)
     return 0.0 < behind.error < math.inf and behind.z < CONFIDENT
 
 

@@ -11,7 +11,7 @@ from drill_env._types import FloatArray
 from drill_env._watch import Report
 from drill_env.prediction.candidate import Candidate
 from drill_env.prediction.compare import Row, row_of
-from drill_env.prediction.cut import Cut
+from drill_env.prediction.cut import Cut, begun_best
 from drill_env.prediction.fit import Fit, fit
 from drill_env.prediction.screen import screened
 from drill_env.prediction.setting import Setting
@@ -62,6 +62,32 @@ def folds_of(setting: Setting, unseen: Sequence[Cut]) -> tuple[Fold, ...]:
     """The split that was given, and its reverse: every recording is unseen once."""
     back = replace(setting, cuts=tuple(unseen))
     return Fold(setting, tuple(unseen)), Fold(back, setting.cuts)
+
+
+def begun_anew(
+    folds: Sequence[Fold], here: Sequence[Fit]
+) -> tuple[tuple[Fold, ...], tuple[Fit, ...]]:
+    """Folds and fits with windows that begin where the fits predict them best from.
+
+    Args:
+        folds: the split that was given, and its reverse.
+        here: one fit for each.
+    """
+    seen, unseen = (
+        tuple(
+            begun_best(cut, one.rig, float(one.vector[-1]), one.setting.criteria.degrees)
+            for cut in one.setting.cuts
+        )
+        for one in here
+    )
+    anew = folds_of(replace(folds[0].setting, cuts=seen), unseen)
+    pairs = zip(anew, here, strict=True)
+    return anew, tuple(fit(f.setting, b.vector, b.candidates, b.numbers) for f, b in pairs)
+
+
+def without_first(here: Sequence[Fit]) -> tuple[Fit, ...]:
+    """Fits without their first candidate."""
+    return tuple(fit(b.setting, b.vector, b.candidates[1:], b.numbers[1:]) for b in here)
 
 
 def searched(
