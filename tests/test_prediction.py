@@ -12,11 +12,15 @@ from benchmarks.other_rigs import CASES, PENDULUM, Case, Plant, recorded
 from drill_env import InputError, Rig
 from drill_env.diagnosis.by_prediction import diagnose_by_prediction
 from drill_env.diagnosis.options import DiagnosisOptions
+from drill_env.diagnosis.result import DiagnosisResult, Grade, NamedEffect
+from drill_env.diagnosis.sentences import verdict_sentence
+from drill_env.effects import LIBRARY
 from drill_env.effects.along import Motion
 from drill_env.integrator import sampled_voltage, simulate
 from drill_env.integrator.windows import Windows
 from drill_env.prediction.compare import row_of, standard_error, weighed
 from drill_env.prediction.criteria import Criteria
+from drill_env.prediction.families import FAMILIES
 from drill_env.prediction.likelihood import log_density, scales
 from drill_env.prediction.rule import Entrant, chosen
 from drill_env.recordings import Recording
@@ -228,3 +232,28 @@ def test_a_window_is_one_observation_at_however_many_leads():
     rows = [[row_of(n, 1, np.repeat(g, k, axis=1), [0] * 40) for n, g in pair] for k in (1, 4)]
     one, four = (weighed(r, [1.0, 1.0]) for r in rows)
     np.testing.assert_allclose(four, one)
+
+
+def test_a_family_is_as_probable_as_its_laws_together():
+    """Two laws of friction that falls with speed share what neither has alone."""
+    entrants = [
+        entrant("upper_stribeck", 5.0, named=True),
+        entrant("upper_gaussian_stribeck", 5.0, named=True),
+        entrant("upper_quadratic_drag", 4.98, named=True),
+    ]
+    grades = chosen(entrants, Criteria()).grades
+    assert grades.law == pytest.approx(0.5 * grades.family)
+    assert 0.5 < grades.family < grades.depends_on == pytest.approx(1.0)
+    assert {effect for family in FAMILIES.values() for effect in family} == set(LIBRARY)
+    assert sum(len(family) for family in FAMILIES.values()) == len(LIBRARY)
+
+
+def test_the_headline_is_the_finest_grade_that_is_likelier_than_not():
+    grade = Grade("upper", 1.0, "omega_u", 1.0, "dry friction", 0.9, "upper_coulomb", 0.6, 1.0)
+    effect = NamedEffect("upper_coulomb", "upper", 0.6, {}, "", "", [])
+    result = DiagnosisResult(
+        "missing_physics", None, [effect], [], None, {}, {}, {}, [], [], None, {}, grade, []
+    )
+    assert verdict_sentence(result).endswith("the model: upper_coulomb.")
+    open_law = replace(result, grades=replace(grade, law_probability=0.4))
+    assert "dry friction, most probably upper_coulomb" in verdict_sentence(open_law)

@@ -29,6 +29,7 @@ from drill_env.diagnosis.sentences import sentences_by_prediction
 from drill_env.effects import LIBRARY
 from drill_env.prediction.candidate import Candidate
 from drill_env.prediction.decide import Choice, Tried
+from drill_env.prediction.families import family_of
 from drill_env.prediction.fit import Fit, errors_of
 from drill_env.prediction.intervals import covariance, deviations, quantile
 from drill_env.prediction.search import Fold
@@ -91,7 +92,7 @@ def _effect(choice: Choice, after: Fit, place: int, spread: FloatArray) -> Named
         for name, (value, size) in deviations(after, place, spread).items()
     }
     return NamedEffect(
-        effect.id, effect.component, min(choice.grades.law, 1.0), numbers, effect.formula,
+        effect.id, effect.component, choice.grades.law, numbers, effect.formula,
         effect.meaning, list(effect.aliases),
     )  # fmt: skip
 
@@ -176,11 +177,12 @@ def _grades(first: Choice | None, stands: bool) -> Grade | None:
         return None
     candidate, grades = first.chosen.candidate, first.grades
     if not stands:
-        grades = replace(grades, law=0.0)
+        grades = replace(grades, family=0.0, law=0.0)
+    law = candidate.id if first.named and stands else ""
     return Grade(
-        candidate.component, min(grades.component, 1.0), candidate.depends_on,
-        min(grades.depends_on, 1.0), candidate.id if first.named and stands else "",
-        min(grades.law, 1.0) if first.named else 0.0, first.share, dict(grades.nearest),
+        candidate.component, grades.component, candidate.depends_on, grades.depends_on,
+        family_of(law), grades.family, law, grades.law if first.named else 0.0, first.share,
+        dict(grades.nearest),
     )  # fmt: skip
 
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from drill_env.diagnosis.evidence import Weighed
 from drill_env.diagnosis.result import DiagnosisResult, Grade, Prediction
-from drill_env.diagnosis.sentences import nearest_of
+from drill_env.diagnosis.sentences import nearest_of, verdict_sentence
+from drill_env.prediction.families import family_of
 
 
 def with_predictions(result: DiagnosisResult, table: Weighed | None) -> DiagnosisResult:
@@ -20,10 +21,9 @@ def with_predictions(result: DiagnosisResult, table: Weighed | None) -> Diagnosi
     if table is None:
         return result
     names, grade = [e.id for e in result.effects], _grade(table, result)
-    return replace(
-        result, predictions=[_rows(table, names)], grades=grade,
-        sentences=[*result.sentences, *nearest_of(grade)],
-    )  # fmt: skip
+    told = replace(result, predictions=[_rows(table, names)], grades=grade)
+    lines = [verdict_sentence(told), *result.sentences[1:], *nearest_of(grade)]
+    return replace(told, sentences=lines)
 
 
 def _rows(table: Weighed, kept: list[str]) -> list[Prediction]:
@@ -47,6 +47,6 @@ def _grade(table: Weighed, result: DiagnosisResult) -> Grade | None:
     own = next((e.probability for e in result.effects if e.id == taken.id), law)
     return Grade(
         taken.component, grades.component, taken.depends_on, grades.depends_on,
-        taken.id if taken.named else "", min(law, own), table.choice.share,
-        dict(grades.nearest),
+        family_of(taken.id), grades.family, taken.id if taken.named else "", min(law, own),
+        table.choice.share, dict(grades.nearest),
     )  # fmt: skip

@@ -128,6 +128,9 @@ class Grade:
         component_probability: among all that predicts unseen recordings better than the rig.
         depends_on: the coordinate that it is a function of.
         depends_on_probability: of component and coordinate.
+        family: what the effect says apart from its formula, as "friction that falls with speed";
+            empty where no law is told.
+        family_probability: of component, coordinate and family.
         law: id of the effect; empty where a free shape predicts clearly better.
         law_probability: of that effect.
         share: of what the best free shape explains that the effect explains; below 1 its law
@@ -140,6 +143,8 @@ class Grade:
     component_probability: float
     depends_on: str
     depends_on_probability: float
+    family: str
+    family_probability: float
     law: str
     law_probability: float
     share: float

@@ -9,6 +9,8 @@ from drill_env.diagnosis.probability import CONFUSED
 from drill_env.diagnosis.residual_torque import PREDICTABLE
 from drill_env.diagnosis.result import DiagnosisResult, Grade, NamedEffect, Number, digits_of
 
+# Likelier than not: the finest grade that is so is the headline.
+_LIKELY = 0.5
 _PLACES = {
     "actuator": "between the voltage and the motor's torque",
     "upper": "at the upper disc and its drive",
@@ -29,7 +31,8 @@ def sentences(
         reason: why.
         looked: whether effects were looked for at all.
     """
-    lines = [_verdict(result) if looked else "No effect was looked for: this is the rig alone."]
+    nothing = "No effect was looked for: this is the rig alone."
+    lines = [verdict_sentence(result) if looked else nothing]
     if result.located is not None:
         lines += _located(result)
     lines += [_effect(effect) for effect in result.effects]
@@ -58,7 +61,8 @@ def sentences(
     return lines
 
 
-def _verdict(result: DiagnosisResult) -> str:
+def verdict_sentence(result: DiagnosisResult) -> str:
+    """The verdict, as finely as the grades of the first finding bear it."""
     if "follows" in result.fit:
         return (
             "The recordings do not follow the rig: over 5 s no unseen reading is predicted better "
@@ -72,6 +76,12 @@ def _verdict(result: DiagnosisResult) -> str:
     if result.verdict == "unexplained":
         beside = f", beside {_names(result)}" if result.effects else ""
         return f"Something is missing that the library has no name for{beside}."
+    g = result.grades
+    if g is not None and g.family and g.law_probability < _LIKELY <= g.family_probability:
+        return (
+            f"Physics is missing from the model: {g.family}, most probably {_names(result)}; which "
+            "law it has these recordings do not tell."
+        )
     return f"Physics is missing from the model: {_names(result)}."
 
 
@@ -195,7 +205,7 @@ def _gain(result: DiagnosisResult) -> list[str]:
 
 def sentences_by_prediction(result: DiagnosisResult) -> list[str]:
     """The same for a diagnosis that unseen windows decide."""
-    lines = [_verdict(result)]
+    lines = [verdict_sentence(result)]
     if result.located is not None and result.grades is not None:
         g = result.grades
         lines.append(
@@ -203,6 +213,8 @@ def sentences_by_prediction(result: DiagnosisResult) -> list[str]:
             f"{g.component_probability:.2f}) and depends on {g.depends_on} "
             f"({g.depends_on_probability:.2f})."
         )
+        if g.family:
+            lines.append(f"Its family: {g.family} ({g.family_probability:.2f}).")
         if g.law and g.share < 1.0:
             lines.append(
                 f"{g.law} explains {g.share:.0%} of what the best free function of one "

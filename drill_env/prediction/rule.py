@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from drill_env.prediction.compare import Row, difference, listed, weighed
 from drill_env.prediction.criteria import Criteria
+from drill_env.prediction.families import family_of
 
 # Standard errors behind the best from which a model is ruled out: 95 % of a normal.
 CONFIDENT = 1.96
@@ -43,6 +44,7 @@ class Grades:
     Attributes:
         component: probability that it sits there.
         depends_on: and is a function of that coordinate.
+        family: and is of the same family (`families.py`); 0 of a free shape.
         law: and has that law.
         nearest: of a free shape, names of its place that unseen readings ask for, with the share of
             what it explains, the largest first: such physics with another law.
@@ -50,11 +52,12 @@ class Grades:
 
     component: float
     depends_on: float
+    family: float
     law: float
     nearest: tuple[tuple[str, float], ...] = ()
 
 
-NO_GRADES = Grades(0.0, 0.0, 0.0)
+NO_GRADES = Grades(0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -158,10 +161,14 @@ def _most_plausible(names: Sequence[Entrant]) -> Entrant | None:
 
 
 def _grades(taken: Entrant, there: Sequence[Entrant]) -> Grades:
-    """Sums of weights over what shares the component, the coordinate and the law."""
+    """Sums of weights over what shares the component, the coordinate, the family and the law."""
     same = [e for e in there if e.component == taken.component]
     on = [e for e in same if e.depends_on == taken.depends_on]
-    sums = [sum(e.row.weight for e in part) for part in (same, on)]
+    family = family_of(taken.id)
+    kin = [e for e in on if family and family_of(e.id) == family]
+    place, coordinate, kind = (
+        min(sum(e.row.weight for e in part), 1.0) for part in (same, on, kin)
+    )
     names = [] if taken.named else sorted((e for e in on if e.named), key=lambda e: -e.row.gain)
     nearest = tuple((e.id, min(e.row.gain / taken.row.gain, 1.0)) for e in names)
-    return Grades(min(sums[0], 1.0), min(sums[1], 1.0), min(taken.row.weight, 1.0), nearest)
+    return Grades(place, coordinate, kind, min(taken.row.weight, 1.0), nearest)

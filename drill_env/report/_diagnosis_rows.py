@@ -196,6 +196,8 @@ def grade_rows(result: DiagnosisResult) -> list[dict[str, Any]]:
         ("component", g.component, g.component_probability),
         ("coordinate", g.depends_on, g.depends_on_probability),
     ]
+    if g.family:
+        rows.append(("family", g.family, g.family_probability))
     if g.law:
         rows.append(("law", g.law, g.law_probability))
     return [{"grade": a, "answer": b, "percent": round(100 * p)} for a, b, p in rows]
