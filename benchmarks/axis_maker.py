@@ -157,8 +157,11 @@ LISTED = (
     "amplifier_saturation", "gain_asymmetry", "torque_ripple", "input_delay", "actuator_lag",
     "upper_load_friction", "encoder_eccentricity_upper",
 )  # fmt: skip
-DIFFERING = ("drag of power 1.5", "drag of power 3", "Stribeck of power 1.5", "tanh saturation")
-UNLISTED = ("sticky sector", "damping above a speed", "weakening field", "wet sector")
+DIFFERING = (
+    "drag of power 1.5", "drag of power 3", "Stribeck of power 1.5", "tanh saturation",
+    "damping above a speed",
+)  # fmt: skip
+UNLISTED = ("sticky sector", "weakening field", "wet sector")
 COMPONENTS = {
     "amplifier_deadzone": "actuator", "amplifier_saturation": "actuator",
     "gain_asymmetry": "actuator", "torque_ripple": "actuator", "input_delay": "actuator",
@@ -171,6 +174,7 @@ SIBLINGS = {
     "drag of power 3": ("upper_quadratic_drag",),
     "Stribeck of power 1.5": ("upper_stribeck", "upper_gaussian_stribeck"),
     "tanh saturation": ("soft_saturation", "amplifier_saturation"),
+    "damping above a speed": ("upper_quadratic_drag",),
 }
 """Names that stand for a law that differs."""
 

@@ -53,7 +53,7 @@ def answer_by_prediction(
     kept = [c for c in choices if c.chosen is not None and not c.remainder]
     named = [c for c in kept if c.named]
     errors = _fit(before, after, fold, leads)
-    share = _explained(errors["prediction"]) if named else 1.0
+    share = _explained(errors["prediction"], named) if named else 1.0
     effects_of = [c.chosen.candidate.effect for c in named if c.chosen is not None]
     common = any(e is not None and e.common for e in effects_of)
     if named and not common:
@@ -165,10 +165,15 @@ def _shape(chosen: Tried, after: Fit) -> FoundShape:
     )  # fmt: skip
 
 
-def _explained(errors: Mapping[str, Any]) -> float:
-    """Share of the squared error at the longest lead that is gone; what noise gives is not told."""
+def _explained(errors: Mapping[str, Any], named: Sequence[Choice]) -> float:
+    """Share of the squared error that is gone at the lead where what was found is clearest.
+
+    At others noise may outweigh what is missing, and how much of an error is noise is not told.
+    """
+    gains = np.sum([c.chosen.row.by_lead for c in named if c.chosen is not None], axis=0)
+    lead = int(np.argmax(gains))
     each = [e for name, e in errors.items() if name != "leads_s"]
-    first, last = (sum(e[key][-1] ** 2 for e in each) for key in ("before_rms", "after_rms"))
+    first, last = (sum(e[key][lead] ** 2 for e in each) for key in ("before_rms", "after_rms"))
     return explained_share(first, last)
 
 

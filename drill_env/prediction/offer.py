@@ -15,8 +15,8 @@ from drill_env.prediction.shapes import free_shapes
 _BEHIND_THE_CURRENT = ("torque_ripple", "commutation_ripple")
 # Beside what depends on the voltage.
 _READ_THE_DRIVE = ("gear_eccentricity", "gear_backlash", "gear_compliance", "commutation_ripple")
-# A lone encoder that reports late is the drive that acts late, which each fit has.
-_SHIFTS = ("encoder_delay_upper", "input_delay")
+# A lone encoder that reports late is the drive that acts late.
+_SHIFTS = ("encoder_delay_upper",)
 
 
 _PULLED = frozenset({"km", "Ju", "Tsu", "dTsu", "bu", "dbu", "ktheta"})
