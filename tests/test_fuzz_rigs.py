@@ -347,6 +347,21 @@ def test_a_voltage_that_just_equals_stiction_holds_the_disc(given: tuple[int, in
     assert run.state == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("time_constant", [3e-4, 1e-3, 5e-3])
+def test_a_lagging_voltage_that_comes_to_equal_stiction_holds_the_disc(
+    time_constant: float,
+) -> None:
+    """Case 708 of seed 42, wide: a lag's rounding let the disc go, over and over."""
+    rig = Rig(
+        km=1.7275596297968268, Ju=6.0, Tsu=1.4276900122174045, dTsu=0.0, bu=1.0, dbu=0.0, Jl=0.0077,
+        ktheta=0.0565, Tsl=0.0, T1=0.0, T2=0.0, bl=0.001, friction="coulomb", clamp=True,
+        effects=({"id": "actuator_lag", "time_constant": time_constant},),
+    )  # fmt: skip
+    run = simulate(rig, rig.Tsu / rig.km, 2.0)
+    assert run.inner[-1, 0] == pytest.approx(rig.Tsu / rig.km, rel=1e-12)
+    assert len(run.events) == 0 and (run.state == 0.0).all()
+
+
 def test_the_judge_tells_a_motion_that_is_no_solution(monkeypatch: pytest.MonkeyPatch) -> None:
     """A speed that is wrong by a hundredth, and a disc that is held for ever, do not pass."""
     effects = ({"id": "friction_lag", "time_constant": 0.02},)

@@ -25,7 +25,7 @@ OPEN, OPEN_MEMORY = 1e-6, 1e-4
 """Largest open share of the balance of energy, and of a memory's, see `judge`."""
 # All panels may err the same way: one is halved, so often at most, where its balance is open by
 # more than this share of what all together may be.
-_SHARE, _ROUNDS, _NARROWEST = 0.1, 26, 1e-11
+_SHARE, _ROUNDS, _NARROWEST, _MOST = 0.1, 26, 1e-11, 200_000
 # Where it is a tie which way a disc leaves, the integrator lets so much time decide.
 _TIE = 1e-6
 
@@ -137,7 +137,7 @@ def judge(case: Case) -> Verdict:
         scale = found.scale if turn == 0 else scale
         panels += len(left)
         bad = (np.abs(found.lacks) > may * scale).any(axis=1) & (right - left > _NARROWEST)
-        if turn == _ROUNDS - 1 or panels > 200_000:
+        if turn == _ROUNDS - 1 or panels > len(edges) + _MOST:
             bad[:] = False
         closed.append(np.column_stack([left, found.lacks])[~bad])
         good = ~bad & (right - left >= _TIE)

@@ -87,7 +87,7 @@ def overdue(which, p, run, work, u):
         return work.gaps[0, which] < -CLOSED
     direction = run.mode[which]
     if direction == 0 and work.acting != 0:
-        return work.gaps[0, which] < 0.0
+        return work.gaps[0, which] < -CLOSED
     if direction == 0:
         return margin_of(which, p, run, u)[0] < 0.0
     speed = direction * run.y[1 + which]
