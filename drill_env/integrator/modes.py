@@ -1,6 +1,7 @@
 """Compiled slip/stick transitions: which mode, and which branch of a switch, follows which."""
 
-from drill_env._jit import entry, inlined, kernel, placed, unit
+from drill_env._intrinsics import placed
+from drill_env._jit import entry, inlined, kernel, unit
 from drill_env.dynamics.kernels import lower_margin, lower_rate, upper_margin, upper_rate
 from drill_env.integrator._events import CLOSED
 from drill_env.integrator._step import dense_at
