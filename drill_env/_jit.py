@@ -13,20 +13,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numba
-import numpy as np
 from llvmlite import ir
-from numba import from_dtype, njit, types
-from numba._dynfunc import make_function
-from numba.core import cgutils, event
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
+from numba import njit, types
+from numba.core import event
 from numba.core.dispatcher import Dispatcher
 from numba.core.typing.templates import signature as typed
 from numba.extending import intrinsic
-from numba.np import arrayobj
 
 from drill_env._compiling import Compiling, announce
+from drill_env._part_compiler import FITS, PartCompiler
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -46,35 +41,6 @@ _OPTIONS: dict[str, Any] = {
 }
 # What Python never calls needs no wrapper; those took half of the time to compile.
 _INNER = {**_OPTIONS, "no_cpython_wrapper": True}
-
-
-class _Part(JITCodeLibrary):
-    """Code that is linked into what calls it, and gets no machine code of its own."""
-
-    def finalize(self) -> None:
-        """Link in what it calls; whoever is called by its address optimises all of it, once."""
-        for part in dict.fromkeys(self._linking_libraries):
-            self._final_module.link_in(part._get_module_for_linking(), preserve=True)
-        self._finalized = True
-
-
-class _PartCompiler(Compiler):
-    """Stops where numba would make machine code."""
-
-    def compile_extra(self, func: Callable[..., Any]) -> Any:
-        """Compile a function of Python."""
-        state = self.state
-        state.library = _Part(state.targetctx.codegen(), func.__qualname__)
-        state.flags.no_compile = True
-        found = super().compile_extra(func)
-        # Numba knows what kernels call by the object that Python would call.
-        name = func.__qualname__
-        called = make_function(
-            found.fndesc.lookup_module(), name, name, 0, found.environment, (found.library,)
-        )
-        found = found._replace(entry_point=called)
-        state.targetctx.insert_user_function(found.entry_point, found.fndesc, [found.library])
-        return found
 
 
 def _compiled(function: Callable[..., Any], **options: Any) -> Any:
@@ -190,12 +156,7 @@ def names_in(made: Unit) -> frozenset[str]:
 event.register("numba:compile", _Watch())
 
 
-# The last version of numba whose insides `_PartCompiler` is known to fit; a later one compiles by
-# itself, for longer.
-_KNOWN = (0, 68)
-_PART = _INNER
-if numba.version_info.short <= _KNOWN:
-    _PART = {**_INNER, "cache": False, "pipeline_class": _PartCompiler}
+_PART = {**_INNER, "cache": False, "pipeline_class": PartCompiler} if FITS else _INNER
 
 
 def entry(function: F) -> F:
@@ -285,92 +246,3 @@ def unit(signature: Any) -> Callable[[Callable[..., Any]], Unit]:
         signature: of numba, `result(arguments)`.
     """
     return lambda function: Unit(function, signature, caller(signature))
-
-
-@intrinsic
-def _address_of(context: Any, array: Any) -> Any:
-
-    def generate(context: Any, builder: Any, kind: Any, values: Any) -> Any:
-        data = arrayobj.make_array(kind.args[0])(context, builder, values[0]).data
-        return builder.ptrtoint(data, cgutils.intp_t)
-
-    return types.int64(array), generate
-
-
-address_of: Any = _address_of
-"""For kernels: `address_of(array)`, where the first element of an array lies."""
-
-
-def placed(kind: Any) -> Any:
-    """For kernels: `at(address, i)`, the record or number of a type that is i places on.
-
-    Args:
-        kind: of NumPy; a record is the memory itself, a number is read.
-    """
-    made, size = from_dtype(np.dtype(kind)), np.dtype(kind).itemsize
-
-    @intrinsic
-    def at(context: Any, address: Any, i: Any) -> Any:
-        def generate(context: Any, builder: Any, _: Any, values: Any) -> Any:
-            place = builder.add(
-                values[0], builder.mul(values[1], ir.Constant(cgutils.intp_t, size))
-            )
-            if isinstance(made, types.Record):
-                return builder.inttoptr(place, context.get_value_type(made))
-            return builder.load(builder.inttoptr(place, context.get_data_type(made).as_pointer()))
-
-        return made(types.int64, types.int64), generate
-
-    return at
-
-
-number_at, whole_at = placed("f8"), placed("i8")
-
-
-@intrinsic
-def _fma(context: Any, a: Any, b: Any, c: Any) -> Any:
-    if any(isinstance(kind, types.Complex) for kind in (a, b, c)):
-        # A complex step asks for the slope, which each part rounded by itself has.
-        def compose(context: Any, builder: Any, kind: Any, values: Any) -> Any:
-            return context.compile_internal(builder, lambda a, b, c: a * b + c, kind, values)
-
-        return types.complex128(a, b, c), compose
-
-    def generate(context: Any, builder: Any, kind: Any, values: Any) -> Any:
-        return builder.fma(*values)
-
-    return types.float64(types.float64, types.float64, types.float64), generate
-
-
-@intrinsic
-def _bits_of(context: Any, number: Any) -> Any:
-    def generate(context: Any, builder: Any, kind: Any, values: Any) -> Any:
-        return builder.bitcast(values[0], cgutils.intp_t)
-
-    return types.int64(types.float64), generate
-
-
-fma: Any = _fma
-"""For kernels: `fma(a, b, c)`, a b + c rounded once, whatever it is compiled with.
-
-Of complex numbers it is rounded as their product and sum are.
-"""
-
-bits_of: Any = _bits_of
-"""For kernels: the bits of a number as an integer."""
-
-
-def _storing(kind: Any) -> Any:
-    @intrinsic
-    def store(context: Any, address: Any, i: Any, value: Any) -> Any:
-        def generate(context: Any, builder: Any, _: Any, values: Any) -> Any:
-            place = builder.inttoptr(values[0], context.get_data_type(kind).as_pointer())
-            builder.store(values[2], builder.gep(place, [values[1]]))
-            return context.get_dummy_value()
-
-        return types.none(types.int64, types.int64, kind), generate
-
-    return store
-
-
-store_number, store_whole = _storing(types.float64), _storing(types.int64)

@@ -12,9 +12,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from benchmarks.fuzz import balance
-from benchmarks.fuzz.balance import judge
+from benchmarks.fuzz.balance import OPEN, OPEN_MEMORY, judge
 from benchmarks.fuzz.draws import Case, draw_case
-from benchmarks.fuzz.rigs import OPEN, verdict
+from benchmarks.fuzz.rigs import verdict
 from drill_env import Rig
 from drill_env.effects import LIBRARY
 from drill_env.integrator import Disc, Kind, Trajectory, as_voltage, sampled_voltage, simulate
@@ -347,6 +347,21 @@ def test_a_voltage_that_just_equals_stiction_holds_the_disc(given: tuple[int, in
     assert run.state == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("time_constant", [3e-4, 1e-3, 5e-3])
+def test_a_lagging_voltage_that_comes_to_equal_stiction_holds_the_disc(
+    time_constant: float,
+) -> None:
+    """Case 708 of seed 42, wide: a lag's rounding let the disc go, over and over."""
+    rig = Rig(
+        km=1.7275596297968268, Ju=6.0, Tsu=1.4276900122174045, dTsu=0.0, bu=1.0, dbu=0.0, Jl=0.0077,
+        ktheta=0.0565, Tsl=0.0, T1=0.0, T2=0.0, bl=0.001, friction="coulomb", clamp=True,
+        effects=({"id": "actuator_lag", "time_constant": time_constant},),
+    )  # fmt: skip
+    run = simulate(rig, rig.Tsu / rig.km, 2.0)
+    assert run.inner[-1, 0] == pytest.approx(rig.Tsu / rig.km, rel=1e-12)
+    assert len(run.events) == 0 and (run.state == 0.0).all()
+
+
 def test_the_judge_tells_a_motion_that_is_no_solution(monkeypatch: pytest.MonkeyPatch) -> None:
     """A speed that is wrong by a hundredth, and a disc that is held for ever, do not pass."""
     effects = ({"id": "friction_lag", "time_constant": 0.02},)
@@ -365,3 +380,18 @@ def test_the_judge_tells_a_motion_that_is_no_solution(monkeypatch: pytest.Monkey
     assert judge(case).energy > 10.0 * OPEN
     monkeypatch.setattr(balance, "simulate", held)
     assert judge(case).held > 10.0 * OPEN
+
+
+def test_what_the_judge_leaves_open_of_a_thousand_reversals_does_not_add_up() -> None:
+    """Case 213 of seed 41: each panel was let err by a part in a million, all to the same side."""
+    effects = (
+        {"id": "upper_presliding", "torque": 1.1e-3, "distance": 3.6e-5},
+        {"id": "upper_disturbance", "torque": 0.3, "phase": 0.5, "frequency": 53.0},
+    )
+    rig = Rig(
+        km=1.0, Ju=0.0107, Tsu=0.131, dTsu=0.0, bu=0.368, dbu=0.11, Jl=1.4e-3, ktheta=0.62,
+        Tsl=8e-3, T1=0.0, T2=0.0, friction="coulomb", effects=effects,
+    )  # fmt: skip
+    case = Case(0, rig, as_voltage(0.02, 0.0, 10.0), np.zeros(4), "constant")
+    found = judge(case)
+    assert found.energy < 0.1 * OPEN and found.memory < 0.1 * OPEN_MEMORY

@@ -68,6 +68,7 @@ def limits(effect: Effect, rig: Rig) -> dict[str, tuple[float, float]]:
     speed = 2.0 * MOST_VOLTS * rig.km / rig.bu
     torque = rig.Tsl + abs(rig.T1) + abs(rig.T2) + rig.bl * speed
     coldest = min(0.5, 0.45 / (torque * speed))
+    back_emf = (1e-3 * rig.bu / rig.km, 0.35 * rig.bu / rig.km)
     own: dict[str, dict[str, tuple[float, float]]] = {
         "upper_asymmetry": {"damping": (1e-3 * rig.bu, 0.35 * rig.bu)},
         "upper_viscous": {"damping": (1e-3 * rig.bu, 3.0 * rig.bu)},
@@ -75,7 +76,8 @@ def limits(effect: Effect, rig: Rig) -> dict[str, tuple[float, float]]:
         "upper_presliding": {"torque": (1e-2 * rig.Tsu, rig.Tsu)},
         "upper_offset": {"torque": upper},
         # The rig's damping holds the motor's own back-EMF.
-        "current_limit": {"back_emf": (1e-3 * rig.bu / rig.km, 0.35 * rig.bu / rig.km)},
+        "current_limit": {"back_emf": back_emf},
+        "coasting": {"back_emf": back_emf},
         "upper_spring": {"stiffness": upper, "centre": (0.1, 10.0)},
         "upper_quadratic_drag": {"coefficient": (1e-3 * rig.bu, 0.3 * rig.bu)},
         "string_asymmetry": {"coefficient": (1e-3 * rig.ktheta, 0.9 * rig.ktheta)},

@@ -17,14 +17,12 @@ import numpy as np
 import typer
 from rich.progress import track
 
-from benchmarks.fuzz.balance import judge
+from benchmarks.fuzz.balance import OPEN, OPEN_MEMORY, judge
 from benchmarks.fuzz.draws import Case, draw_case
 from benchmarks.fuzz.forked import forked
 from drill_env.effects import LIBRARY
 from drill_env.integrator import simulate
 
-OPEN, OPEN_MEMORY = 1e-6, 1e-4
-"""Largest open share of the balance of energy, and of a memory's, see `judge`."""
 SLOW, DEAD = 5.0, 15.0
 """Seconds of CPU of a simulation that count as a hang, and after which a case is given up."""
 

@@ -6,7 +6,8 @@ Mode: (upper, lower) slip directions -1, 0 (stuck), 1, and the speed range of th
 0 but where the identification estimates them.
 """
 
-from drill_env._jit import entry, fma, inlined, kernel
+from drill_env._intrinsics import fma
+from drill_env._jit import entry, inlined, kernel
 from drill_env.friction.kernels import (
     gradient_of,
     lower_slope,

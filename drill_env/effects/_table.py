@@ -2,7 +2,8 @@
 
 from math import floor, inf
 
-from drill_env._jit import inlined, kernel, number_at
+from drill_env._intrinsics import number_at
+from drill_env._jit import inlined, kernel
 from drill_env.effects.signal import response
 
 COORDINATES = (

@@ -4,7 +4,8 @@ import numpy as np
 from numba import from_dtype, types
 from numba.core.typing.templates import signature
 
-from drill_env._jit import caller, inlined, placed, unit
+from drill_env._intrinsics import placed
+from drill_env._jit import caller, inlined, unit
 from drill_env.parameters.record import PARAMETERS
 
 SIGNAL = np.dtype(

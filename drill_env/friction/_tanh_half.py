@@ -11,7 +11,8 @@ from math import copysign
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from drill_env._jit import bits_of, fma, inlined
+from drill_env._intrinsics import bits_of, fma
+from drill_env._jit import inlined
 from drill_env._types import FloatArray
 
 # Intervals of 1/16 about multiples of it: a polynomial of degree 7 then errs by 1e-17 of the value,

@@ -7,7 +7,8 @@ zero before the event is located.
 
 from math import exp, inf
 
-from drill_env._jit import entry, fma, inlined, kernel
+from drill_env._intrinsics import fma
+from drill_env._jit import entry, inlined, kernel
 from drill_env.friction._tanh_half import tanh_half
 from drill_env.parameters.record import BETA1, BETA2, BL, HUMPED, STRIBECK, T1, T2, TSL
 

@@ -4,7 +4,8 @@ Partial derivatives are complex steps of the equations of motion in the modes an
 step (Squire and Trapp, SIAM Review 40, 1998): exact to rounding.
 """
 
-from drill_env._jit import kernel, placed, store_number, unit
+from drill_env._intrinsics import placed, store_number
+from drill_env._jit import kernel, unit
 from drill_env.effects.signal import ENTRY_SLOPES, clear_ports
 from drill_env.friction.kernels import gradient_of, shares, sliding_of, slope_of
 from drill_env.integrator._voltage_piece import voltage_at, voltage_slope

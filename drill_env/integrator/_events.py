@@ -33,13 +33,12 @@ def gap_may_close(which, work, last):
     """Whether an event function of a rig with effects can be negative in the step.
 
     As for a velocity, one that falls at first and rises at last may have been so in between. A
-    switch that is as near to zero as rounding, as where all comes to rest, does not close.
+    switch or a release as near to zero as rounding, as where all comes to rest, does not close.
     """
     gaps = work.gaps
-    shut = -CLOSED if which > LOWER_LAW else 0.0
     low = high = gaps[0, which]
     for i in range(last + 1):
-        if gaps[i, which] < shut:
+        if gaps[i, which] < -CLOSED:
             return True
         low, high = min(low, gaps[i, which]), max(high, gaps[i, which])
     falls, rises = gaps[1, which] < gaps[0, which], gaps[last - 2, which] < gaps[last, which]

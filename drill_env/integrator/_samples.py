@@ -1,6 +1,7 @@
 """Compiled filling of the samples that lie within a step or a rest."""
 
-from drill_env._jit import inlined, kernel, number_at, store_number, store_whole
+from drill_env._intrinsics import number_at, store_number, store_whole
+from drill_env._jit import inlined, kernel
 from drill_env.integrator._step import dense_at, next_sample
 from drill_env.integrator.records import MOST_COLUMNS, N_COLUMNS, N_STATE
 

@@ -9,7 +9,8 @@ from typing import Any
 from numba.core import types
 from numba.extending import intrinsic
 
-from drill_env._jit import inlined, kernel, number_at
+from drill_env._intrinsics import number_at
+from drill_env._jit import inlined, kernel
 from drill_env.dynamics.kernels import lower_rate_with, upper_rate
 from drill_env.effects.pace import REACH
 from drill_env.integrator._voltage_piece import voltage_at

@@ -1,6 +1,7 @@
 """Compiled voltage of the present piece, a polynomial in the share of its length."""
 
-from drill_env._jit import inlined, kernel, number_at
+from drill_env._intrinsics import number_at
+from drill_env._jit import inlined, kernel
 
 
 @kernel

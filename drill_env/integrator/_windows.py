@@ -2,7 +2,8 @@
 
 from math import inf
 
-from drill_env._jit import address_of, entry
+from drill_env._intrinsics import address_of
+from drill_env._jit import entry
 from drill_env.integrator.advance import DONE, LOG_FULL, advance
 from drill_env.integrator.modes import start_mode
 from drill_env.integrator.records import N_STATE

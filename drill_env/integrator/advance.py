@@ -1,6 +1,7 @@
 """Compiled event-driven integration through a piecewise-polynomial voltage."""
 
-from drill_env._jit import address_of, entry, inlined, kernel, unit
+from drill_env._intrinsics import address_of
+from drill_env._jit import entry, inlined, kernel, unit
 from drill_env.integrator._events import first_event
 from drill_env.integrator._samples import rest_to_end, write_samples
 from drill_env.integrator._step import (

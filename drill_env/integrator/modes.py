@@ -1,6 +1,7 @@
 """Compiled slip/stick transitions: which mode, and which branch of a switch, follows which."""
 
-from drill_env._jit import entry, inlined, kernel, placed, unit
+from drill_env._intrinsics import placed
+from drill_env._jit import entry, inlined, kernel, unit
 from drill_env.dynamics.kernels import lower_margin, lower_rate, upper_margin, upper_rate
 from drill_env.integrator._events import CLOSED
 from drill_env.integrator._step import dense_at
@@ -44,10 +45,8 @@ def start_mode(p, run, u):
 @kernel
 def start_clamp(p, run):
     """Range of the clamped law in which the lower disc's speed lies."""
-    run.mode[2] = 0
-    if p.clamp:
-        speed = abs(run.y[2])
-        run.mode[2] = 0 if speed <= p.clamp_low else (1 if speed <= p.clamp_high else 2)
+    speed = abs(run.y[2])
+    run.mode[2] = (speed > p.clamp_low) + (speed > p.clamp_high) if p.clamp else 0
 
 
 @kernel
@@ -87,7 +86,7 @@ def overdue(which, p, run, work, u):
         return work.gaps[0, which] < -CLOSED
     direction = run.mode[which]
     if direction == 0 and work.acting != 0:
-        return work.gaps[0, which] < 0.0
+        return work.gaps[0, which] < -CLOSED
     if direction == 0:
         return margin_of(which, p, run, u)[0] < 0.0
     speed = direction * run.y[1 + which]
@@ -110,18 +109,12 @@ def note(work, run, t, which, kind, y):
 @kernel
 def note_turn(run, work, tab, h):
     """Log the turning point of omega_l inside the step."""
-    first = work.k[0, 2]
-    a, b = 0.0, 1.0
+    first, s, half = work.k[0, 2], 0.5, 0.25
     for _ in range(60):
-        s = 0.5 * (a + b)
         slope = 0.0
         for m in range(tab.degree - 1, -1, -1):
             slope = slope * s + (m + 1) * work.dense[2, m]
-        if slope * first > 0.0:
-            a = s
-        else:
-            b = s
-    s = 0.5 * (a + b)
+        s, half = s + half if slope * first > 0.0 else s - half, 0.5 * half
     for i in range(N_STATE):
         work.turn[i] = dense_at(work, tab, i, s)
     note(work, run, run.t + s * h, LOWER, MAXIMUM if first > 0.0 else MINIMUM, work.turn)
