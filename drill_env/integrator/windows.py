@@ -45,8 +45,7 @@ class Windows:
         motion: of the whole recording.
         starts: first row of each window, shape (w,).
         rows: rows that are predicted, ascending and after the start, shape (w, k).
-        as_read: whether the motion's angles are those that the encoders read, their errors
-            included, and not those of the discs.
+        as_read: whether the motion's angles are as encoders read them, with their errors.
         begin: states of the discs at the starts, shape (w, 4); those of the motion by default.
     """
 
@@ -84,7 +83,6 @@ class Windows:
         self, prepared: Prepared, rig: Rig, motion: Motion, shift: float, rtol: float
     ) -> tuple[FloatArray, FloatArray]:
         effects, (w, k) = prepared.effects, self.rows.shape
-        run = np.zeros(1, dtype=RUN)
         work = new_work(rtol, 0.1 * rtol, rig.natural_period / STEPS_PER_PERIOD)
         work["max_steps"] = _MOST_STEPS
         prepared.equip(work)
@@ -96,18 +94,17 @@ class Windows:
              first, first + k]
         )  # fmt: skip
         begin = start_with_effects.address if effects.acts else 0
-        memory = np.zeros((w, effects.inner if effects.acts else 0))
-        if memory.size:
-            memory = inner_states(rig, motion, self.starts)
+        memory = (
+            inner_states(rig, motion, self.starts) if begin and effects.inner else np.zeros((w, 0))
+        )
         states, inner = np.zeros((w * k, N_STATE)), np.zeros((w * k, memory.shape[1]))
         scratch = (
             np.zeros((w * k, 2), dtype=np.int64), np.zeros(256, dtype=EVENT), np.zeros((0, 4, 1)),
         )  # fmt: skip
-        known = motion.states[self.starts, :4] if self.begin is None else self.begin
-        starts = np.ascontiguousarray(known)
+        starts = motion.states[:, :4][self.starts] if self.begin is None else self.begin
         run_windows(
-            prepared.p[0], run[0], work[0], prepared.pair[0], begin, (breaks, pieces), spans,
-            t[self.rows].ravel(), starts, memory, (states, inner), scratch,
+            prepared.p[0], np.zeros(1, RUN)[0], work[0], prepared.pair[0], begin, (breaks, pieces),
+            spans, t[self.rows].ravel(), starts, memory, (states, inner), scratch,
         )  # fmt: skip
         return states.reshape(w, k, N_STATE), inner
 
@@ -171,13 +168,10 @@ def _pieces(
     return found.breaks, np.ascontiguousarray(found.pieces)
 
 
-def resume(
-    rig: Rig, motion: Motion, rows: slice, inner: FloatArray | None
-) -> tuple[FloatArray, FloatArray]:
+def resume(rig: Rig, motion: Motion, rows: slice, inner: FloatArray | None) -> Predicted:
     """Simulate on from a row of a motion, through the voltage that was recorded with it.
 
-    Effects that depend on time count it as the motion does. What they read of the past is that of
-    the motion.
+    Effects take the time and what they read of the past from the motion.
 
     Args:
         rig: parameters and effects.
@@ -185,9 +179,6 @@ def resume(
         rows: from the row to begin with to the one after the last, without a restart between.
         inner: inner states of the effects that move the rig, of `inner_states`; None to begin
             anew.
-
-    Returns:
-        States, shape (n, 4), and theta_u and theta_l as the encoders read them, rad, (n, 2).
 
     Raises:
         InputError: an effect of the rig is wrong.
@@ -209,4 +200,4 @@ def resume(
             np.zeros(1, dtype=np.int64),
         )  # fmt: skip
         angles += reading_errors(declared(rig), rig, whole)[rows.start - first :]
-    return run.state, angles
+    return Predicted(run.state, angles)
