@@ -24,6 +24,7 @@ from drill_env.diagnosis.diagnose import diagnose
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.result import DiagnosisResult
 from drill_env.parameters import Rig
+from drill_env.prediction.families import family_of
 from drill_env.recordings import Recording
 
 ORDER = (*LISTED[:8], "nothing", *DIFFERING, *LISTED[8:], "nothing", *UNLISTED, "nothing")
@@ -38,7 +39,7 @@ def group_of(term: str) -> str:
 
 
 def judged(term: str, found: DiagnosisResult) -> str:
-    """right, wrong, or "place" where only the component is right, or "silent"."""
+    """right, wrong, silent, or what alone is right: the family of a name, the place of a shape."""
     group, where = group_of(term), COMPONENTS.get(term, "upper")
     named = [e.id for e in found.effects]
     if not named and found.verdict != "unexplained":
@@ -49,6 +50,9 @@ def judged(term: str, found: DiagnosisResult) -> str:
     allowed = (term,) if group == "library" else SIBLINGS.get(term, ())
     if named[:1] and named[0] in allowed or (group == "no library" and not named and told == where):
         return "right"
+    families = {family_of(name) for name in allowed}
+    if named and family_of(named[0]) in families:
+        return "family"
     return "place" if not named and told == where else "wrong"
 
 
@@ -100,8 +104,8 @@ def main(
     console.print(table)
     for group in GROUPS:
         own = [r for r in rows if r["group"] == group]
-        right = sum(r["judged"] == "right" for r in own)
-        console.print(f"{group}: {right} of {len(own)} right")
+        right, family = (sum(r["judged"] == what for r in own) for what in ("right", "family"))
+        console.print(f"{group}: {right} of {len(own)} right, {family} by family alone")
     inside = [low <= truth <= high for r in rows for truth, _, low, high in r["numbers"].values()]
     console.print(f"intervals: {sum(inside)} of {len(inside)} hold the number of the plant")
     console.print(f"CPU: median {np.median([r['cpu_s'] for r in rows]):.0f} s")

@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 from drill_env import Rig
 from drill_env.diagnosis.by_prediction import diagnose_by_prediction
 from drill_env.diagnosis.options import DiagnosisOptions
+from drill_env.diagnosis.window_residual import share_removed
 from drill_env.identification.samples import prepare
 from drill_env.prediction.compare import difference, row_of
 from drill_env.prediction.criteria import Criteria
@@ -106,6 +107,12 @@ def test_of_two_effects_each_is_chosen_beside_the_other():
         assert choice.chosen is not None and choice.chosen.candidate is candidate
         # Each was judged with the other one in place.
         assert len(choice.found.before[0].candidates) == 1
+    # What is left is noise to trees that know no formula; of what one alone leaves they learn.
+    cuts = (*found.fold.setting.cuts, *found.fold.unseen)
+    assert share_removed(found.before, found.after, cuts) == 1.0
+    assert share_removed(found.before, found.before, cuts) == pytest.approx(0.0)
+    one = found.choices[0].found.before[0]
+    assert 0.0 < share_removed(found.before, one, cuts) < 0.8
 
 
 def test_two_names_that_differ_in_one_recording_alone_are_not_told_apart():

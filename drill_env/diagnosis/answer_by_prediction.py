@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.diagnosis.explained import explained_share
 from drill_env.diagnosis.intervals import significant
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.result import (
@@ -26,6 +24,7 @@ from drill_env.diagnosis.result import (
     Verdict,
 )
 from drill_env.diagnosis.sentences import sentences_by_prediction
+from drill_env.diagnosis.window_residual import share_removed
 from drill_env.effects import LIBRARY
 from drill_env.prediction.candidate import Candidate
 from drill_env.prediction.decide import Choice, Tried
@@ -53,12 +52,11 @@ def answer_by_prediction(
     kept = [c for c in choices if c.chosen is not None and not c.remainder]
     named = [c for c in kept if c.named]
     errors = _fit(before, after, fold, leads)
-    share = _explained(errors["prediction"], named) if named else 1.0
     effects_of = [c.chosen.candidate.effect for c in named if c.chosen is not None]
-    common = any(e is not None and e.common for e in effects_of)
-    if named and not common:
-        errors["explained"] = share
-    stands = common or share >= fold.setting.criteria.share
+    stands = not named or any(e is not None and e.common for e in effects_of)
+    if not stands:
+        share = share_removed(before, after, (*fold.setting.cuts, *fold.unseen))
+        errors["explained"], stands = share, share >= fold.setting.criteria.share
     effects = [_effect(c, after, i, spread) for i, c in enumerate(kept) if c.named and stands]
     last = kept[-1] if kept and not kept[-1].named else None
     changed = _changes(after, spread)
@@ -163,18 +161,6 @@ def _shape(chosen: Tried, after: Fit) -> FoundShape:
         chosen.candidate.depends_on, entry["sort"], "as drawn", 1.0, list(entry["knots"]),
         values.tolist(),
     )  # fmt: skip
-
-
-def _explained(errors: Mapping[str, Any], named: Sequence[Choice]) -> float:
-    """Share of the squared error that is gone at the lead where what was found is clearest.
-
-    At others noise may outweigh what is missing, and how much of an error is noise is not told.
-    """
-    gains = np.sum([c.chosen.row.by_lead for c in named if c.chosen is not None], axis=0)
-    lead = int(np.argmax(gains))
-    each = [e for name, e in errors.items() if name != "leads_s"]
-    first, last = (sum(e[key][lead] ** 2 for e in each) for key in ("before_rms", "after_rms"))
-    return explained_share(first, last)
 
 
 def _grades(first: Choice | None, stands: bool) -> Grade | None:

@@ -74,7 +74,7 @@ def residual_torque_of(latents: Sequence[Latent]) -> ResidualTorque:
     Args:
         latents: of all recordings.
     """
-    known = [_features(one.motion) for one in latents]
+    known = [motion_features(one.motion) for one in latents]
     torques = [one.torques for one in latents]
     rows = np.concatenate(torques)
     first, second = (share_of(known, [t[:, disc] for t in torques]) for disc in range(2))
@@ -133,7 +133,8 @@ def _groups(lengths: Sequence[int]) -> IntArray:
     return np.concatenate([place * parts + np.arange(n) * parts // n for place, n in pairs])
 
 
-def _features(motion: Motion) -> FloatArray:
+def motion_features(motion: Motion) -> FloatArray:
+    """What a residual is learnt from, a row for each of the motion."""
     columns = [column for name in COORDINATES for column in _told(name, motion)]
     columns += [COORDINATES[name](motion) for name in ("theta_u", "theta_l")]
     for name, sizes, constant in _LAGS:

@@ -231,8 +231,8 @@ def sentences_by_prediction(result: DiagnosisResult) -> list[str]:
     share = result.fit.get("explained")
     if share is not None and not result.effects:
         lines.append(
-            f"The best candidate removes only {share:.0%} of the squared error of unseen "
-            "predictions: it is a surrogate for the missing physics, and no name of it."
+            f"The best candidate removes only {share:.0%} of what the motion predicts of the "
+            "error: it is a surrogate for the missing physics, and no name of it."
         )
     rivals = [a for a in result.alternatives if a.probability >= CONFUSED]
     if rivals:

@@ -18,9 +18,9 @@ from drill_env.parameters import Rig
 Kind: TypeAlias = Literal["linear", "cosine", "sine", "log", "place"]
 
 # Largest torque of an effect beside what moves the disc, in usual sizes of a tenth of that:
-# friction of more than most of the drive lets the disc coast, a weight may be all of it, and a
-# share nine tenths: a drive without force explains nothing.
-_MOST, _MOST_WEIGHT, _MOST_SHARE = 8.0, 16.0, 18.0
+# friction of more than most of the drive lets the disc coast; a weight, and drag at the highest
+# speeds, may be all of it; a share nine tenths: a drive without force explains nothing.
+_MOST, _MOST_WHOLE, _MOST_SHARE = 8.0, 16.0, 18.0
 # A size, in usual ones, that counts as none: a descent that is held at 0 is there to rounding.
 _NONE = 1e-6
 # A shape may leave its grid by this factor.
@@ -189,8 +189,9 @@ def candidate_of(effect: Effect, scales: Scales) -> Candidate:
             continue
         turned = bool(follows) and follows[0].role == "phase"
         size = _usual(p, scales)
-        loads = effect.depends_on.startswith("theta") and p.unit in ("Nm", "Nm/rad")
-        most = _MOST_SHARE if p.unit == "1" else _MOST_WEIGHT if loads else _MOST
+        whole = effect.depends_on.startswith("theta") and p.unit in ("Nm", "Nm/rad")
+        whole |= p.unit in ("Nm s/rad", "Nm s^2/rad^2")
+        most = _MOST_SHARE if p.unit == "1" else _MOST_WHOLE if whole else _MOST
         most = min(most, p.high / size)
         kinds.append("cosine" if turned else "linear")
         usual.append((size,))
