@@ -107,7 +107,7 @@ def yoked(seed: int, swing: float) -> Recording:
 
 
 def test_an_inertia_that_changes_over_the_angle_is_located():
-    """No effect of the library is this physics; a drive that varies twice a turn stands in for it."""
+    """No effect of the library is this physics; a drive that varies with the angle stands in."""
     *fit, held = (yoked(seed, 0.008) for seed in range(3))
     result = diagnose(fit, AXIS, [held]).result
     assert result.verdict in ("unexplained", "missing_physics")
