@@ -14,10 +14,9 @@ from dataclasses import replace
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.diagnosis.explained import ALIKE, squares_of
+from drill_env.diagnosis.explained import ALIKE, CONFIDENT, squares_of
 from drill_env.diagnosis.held_out import Judged
 from drill_env.diagnosis.rounds import Found, is_named
-from drill_env.prediction.rule import CONFIDENT
 
 
 def shares_of_movement(judged: Sequence[Judged]) -> list[tuple[float, float]]:

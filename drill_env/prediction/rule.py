@@ -6,12 +6,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from drill_env.prediction.compare import Row, difference, listed, weighed
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.families import family_of
 
-# Standard errors behind the best from which a model is ruled out: 95 % of a normal.
-CONFIDENT = 1.96
+CREDIBLE = 0.95
+"""Probability of the names that are not ruled out."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,9 +83,9 @@ def chosen(entrants: Sequence[Entrant], criteria: Criteria) -> Choice:
     """Choose among candidates.
 
     A candidate is listed if unseen windows ask for it and its numbers are determined; so is a name
-    that explains the stated share of what a listed free shape at its component does. Of those that
-    no other predicts clearly better than, a name that most machines have is taken, or else the most
-    probable one (`weighed`). A free shape takes the place of a name if it predicts clearly better
+    that explains the stated share of what a listed free shape at its component does. Of the names
+    that hold 95 % of the probability (`weighed`), one that most machines have is taken, or else the
+    most probable one. A free shape takes the place of a name if it predicts clearly better
     and the name explains less than that share.
 
     Args:
@@ -144,20 +146,14 @@ def _ahead(one: Row, other: Row, criteria: Criteria) -> bool:
     return beyond.gain >= criteria.gain and (not scatter or beyond.z >= criteria.z)
 
 
-def _beside(best: Row, row: Row) -> bool:
-    """Whether the scatter of windows does not rule out that one predicts as well as the best."""
-    behind = difference(best, row)
-    return 0.0 < behind.error < math.inf and behind.z < CONFIDENT
-
-
 def _most_plausible(names: Sequence[Entrant]) -> Entrant | None:
-    """Of the names that none predicts clearly better than."""
+    """A name that most machines have, if the recordings do not rule it out, or else the best."""
     if not names:
         return None
-    best = max(names, key=lambda e: e.row.gain)
-    near = [e for e in names if e is best or _beside(best.row, e.row)]
-    usual = [e for e in near if e.common]
-    return max(usual or near, key=lambda e: e.row.weight)
+    order = sorted(names, key=lambda e: -e.row.weight)
+    before = np.cumsum([0.0] + [e.row.weight for e in order[:-1]])
+    credible = [e for e, sure in zip(order, before.tolist(), strict=True) if sure < CREDIBLE]
+    return next((e for e in credible if e.common), order[0])
 
 
 def _grades(taken: Entrant, there: Sequence[Entrant]) -> Grades:
