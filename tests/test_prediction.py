@@ -22,7 +22,7 @@ from drill_env.prediction.compare import row_of, standard_error, weighed
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.families import FAMILIES
 from drill_env.prediction.likelihood import log_density, scales
-from drill_env.prediction.rule import Entrant, chosen
+from drill_env.prediction.rule import Entrant, chosen, undetermined
 from drill_env.recordings import Recording
 
 BARE = Plant(**{**PENDULUM.__dict__, "weight": 0.0})
@@ -232,6 +232,33 @@ def test_a_window_is_one_observation_at_however_many_leads():
     rows = [[row_of(n, 1, np.repeat(g, k, axis=1), [0] * 40) for n, g in pair] for k in (1, 4)]
     one, four = (weighed(r, [1.0, 1.0]) for r in rows)
     np.testing.assert_allclose(four, one)
+
+
+def test_a_shape_elsewhere_takes_the_place_of_a_name_that_is_hardly_probable_beside_it():
+    """A name is no stand-in for a curve at another component, however far its scatter reaches."""
+    scatter = np.array([0.0, 0.0, 0.0, 60.0])
+    there = row_of("upper_friction_of_theta_u", 12, (20.0 + scatter)[:, np.newaxis], [0, 1, 2, 3])
+    shape = Entrant(there.id, "upper", "theta_u", False, False, True, there)
+    ripple = row_of("commutation_ripple", 3, np.array([[7.0], [8.0], [7.5], [7.0]]), [0, 1, 2, 3])
+    name = Entrant(ripple.id, "actuator", "theta_u", True, False, True, ripple)
+    found = chosen([name, shape], Criteria(z=1.0))
+    assert found.chosen is not None and found.chosen.id == shape.id
+    assert found.grades.component > 0.9
+    # Near it in probability the name stays.
+    beside = replace(name, row=replace(ripple, windows=ripple.windows + 20.0))
+    kept = chosen([beside, shape], Criteria(z=1.0)).chosen
+    assert kept is not None and kept.id == "commutation_ripple"
+
+
+def test_numbers_at_the_end_of_their_range_tell_a_place_and_no_name():
+    """A ring of fluid that is dragged along was silent: a resonator with too much damping."""
+    lost = replace(entrant("upper_resonator", 1.0, named=True), determined=False)
+    assert chosen([lost], Criteria()).chosen is None
+    told = undetermined([lost, entrant("supply_sag", -1.0, named=True)], Criteria())
+    assert told.chosen is not None and told.chosen.id == "upper_resonator"
+    assert told.grades.component == pytest.approx(1.0) and told.grades.law == 0.0
+    assert told.grades.nearest == (("upper_resonator", 1.0),)
+    assert undetermined([entrant("supply_sag", -1.0, named=True)], Criteria()).chosen is None
 
 
 def test_a_family_is_as_probable_as_its_laws_together():

@@ -52,16 +52,17 @@ def answer_by_prediction(
     kept = [c for c in choices if c.chosen is not None and not c.remainder]
     named = [c for c in kept if c.named]
     errors = _fit(before, after, fold, leads)
-    effects_of = [c.chosen.candidate.effect for c in named if c.chosen is not None]
-    stands = not named or any(e is not None and e.common for e in effects_of)
-    if not stands:
+    standing = [c for c in named if c.determined]
+    if not all(map(_common, standing)):
         share = share_removed(before, after, (*fold.setting.cuts, *fold.unseen))
-        errors["explained"], stands = share, share >= fold.setting.criteria.share
-    effects = [_effect(c, after, i, spread) for i, c in enumerate(kept) if c.named and stands]
+        errors["explained"] = share
+        if share < fold.setting.criteria.share:
+            standing = list(filter(_common, standing))
+    effects = [_effect(c, after, i, spread) for i, c in enumerate(kept) if c in standing]
     last = kept[-1] if kept and not kept[-1].named else None
     changed = _changes(after, spread)
     verdict: Verdict = "consistent"
-    if last is not None or not stands:
+    if last is not None or len(standing) < len(named):
         verdict = "unexplained"
     elif named:
         verdict = "missing_physics"
@@ -76,9 +77,16 @@ def answer_by_prediction(
             "fit": [c.samples.recording.source for c in fold.setting.cuts],
             "holdout": [c.samples.recording.source for c in fold.unseen],
         },
-        _grades(first, stands), [_predictions(c, stands) for c in choices],
+        _grades(first, first in standing),
+        [_predictions(c, c in standing or not c.named) for c in choices],
     )  # fmt: skip
     return replace(result, sentences=sentences_by_prediction(result))
+
+
+def _common(choice: Choice) -> bool:
+    """Whether most machines have it: then it stands beside whatever else is missing."""
+    effect = None if choice.chosen is None else choice.chosen.candidate.effect
+    return effect is not None and effect.common
 
 
 def _effect(choice: Choice, after: Fit, place: int, spread: FloatArray) -> NamedEffect:

@@ -104,11 +104,13 @@ def diagnose_by_prediction(
             )
             return explained(folds, offered, criteria, options.most, report), leads
 
-        found, leads = look(criteria.horizons[0])
+        looks = [look(criteria.horizons[0])]
         for horizon in criteria.horizons[1:]:
-            if any(c.chosen for c in found.choices) or report("looking further ahead"):
+            if looks[-1][0].told or report("looking less far ahead"):
                 break
-            found, leads = look(horizon)
+            looks.append(look(horizon))
+        placed = [one for one in looks if one[0].placed]
+        found, leads = looks[-1] if looks[-1][0].told or not placed else placed[0]
         report("intervals")
         before, after, fold = found.alone, found.fits[0], found.folds[0]
         result = answer_by_prediction(found.choices, before, after, fold, leads, options)

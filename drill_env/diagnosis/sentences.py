@@ -227,7 +227,7 @@ def sentences_by_prediction(result: DiagnosisResult) -> list[str]:
             f"No effect of the library explains {what} as well as a free function of "
             f"{result.shape.coordinate}; its curve is in the report."
         )
-        lines += nearest_of(result.grades)
+    lines += nearest_of(result.grades)
     share = result.fit.get("explained")
     if share is not None and not result.effects:
         lines.append(

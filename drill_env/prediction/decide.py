@@ -9,7 +9,7 @@ from drill_env._watch import Report
 from drill_env.prediction.candidate import Candidate
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.fit import Fit, fit
-from drill_env.prediction.rule import NO_GRADES, Entrant, Grades, chosen
+from drill_env.prediction.rule import NO_GRADES, Entrant, Grades, chosen, undetermined
 from drill_env.prediction.search import Fold, Round, Tried, begun_anew, searched, without_first
 
 
@@ -23,6 +23,7 @@ class Choice:
         share: of what the best free shape explains that the name explains.
         grades: how sure it is.
         remainder: whether it is too small beside what was found first to be more than a rest of it.
+        determined: whether its numbers are inside their ranges; else it tells a place alone.
     """
 
     found: Round
@@ -30,6 +31,7 @@ class Choice:
     share: float = 1.0
     grades: Grades = NO_GRADES
     remainder: bool = False
+    determined: bool = True
 
     @property
     def tried(self) -> tuple[Tried, ...]:
@@ -57,6 +59,16 @@ class Explained:
     alone: Fit
     fits: tuple[Fit, ...]
     folds: tuple[Fold, ...]
+
+    @property
+    def placed(self) -> bool:
+        """Whether something is missing, if only by its place."""
+        return any(c.chosen is not None for c in self.choices)
+
+    @property
+    def told(self) -> bool:
+        """Whether that has a name or a shape."""
+        return any(c.chosen is not None and c.determined for c in self.choices)
 
 
 def decided(found: Round, criteria: Criteria) -> Choice:
@@ -109,13 +121,15 @@ def explained(
         if choices and report("looking for more"):
             break
         choice = decided(searched(folds, here, offered, report), criteria)
+        if not choices and choice.chosen is None:
+            choice = _told_by_place(choice, criteria)
         first = choices[0].chosen if choices else None
         if choice.chosen is not None and first is not None:
             small = choice.chosen.row.gain < criteria.neighbour * first.row.gain
             # What a free shape adds to a name is how its law differs.
             choice = replace(choice, remainder=small or not choice.named)
         choices.append(choice)
-        if choice.chosen is None or choice.remainder:
+        if choice.chosen is None or choice.remainder or not choice.determined:
             break
         offered = [c for c in offered if c is not choice.chosen.candidate]
         folds, here = begun_anew(folds, choice.chosen.fits)
@@ -124,6 +138,14 @@ def explained(
         if len(choices) > 1:
             choices, here = _again(folds, choices, here, criteria, report)
     return Explained(choices, alone, here, folds)
+
+
+def _told_by_place(choice: Choice, criteria: Criteria) -> Choice:
+    told = undetermined([_entrant(t) for t in choice.tried], criteria)
+    if told.chosen is None:
+        return choice
+    taken = next(t for t in choice.tried if t.candidate.id == told.chosen.id)
+    return replace(choice, chosen=taken, grades=told.grades, determined=False)
 
 
 def _again(

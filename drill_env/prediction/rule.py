@@ -85,8 +85,9 @@ def chosen(entrants: Sequence[Entrant], criteria: Criteria) -> Choice:
     A candidate is listed if unseen windows ask for it and its numbers are determined; so is a name
     that explains the stated share of what a listed free shape at its component does. Of the names
     that hold 95 % of the probability (`weighed`), one that most machines have is taken, or else the
-    most probable one. A free shape takes the place of a name if it predicts clearly better
-    and the name explains less than that share.
+    most probable one. A free shape at its component takes the place of a name if it predicts
+    clearly better and the name explains less than that share; one at another component, which is
+    no curve of the name's, if the name is not among what holds 95 % beside it.
 
     Args:
         entrants: names and free shapes.
@@ -115,8 +116,28 @@ def chosen(entrants: Sequence[Entrant], criteria: Criteria) -> Choice:
     rivals = [e for e in there if e.named or not taken.named or not _covers(taken, e, criteria)]
     rivals = _weighed(rivals, criteria)
     taken = next(e for e in rivals if e.id == taken.id)
+    elsewhere = [e for e in rivals if e.named or e.component != taken.component]
+    if taken.named and not any(e.id == taken.id for e in _credible(_weighed(elsewhere, criteria))):
+        taken, share = max(rivals, key=lambda e: e.row.weight), 1.0
     weights = dict.fromkeys((e.id for e in there), 0.0) | {e.id: e.row.weight for e in rivals}
     return Choice(taken, share, _grades(taken, rivals), weights)
+
+
+def undetermined(entrants: Sequence[Entrant], criteria: Criteria) -> Choice:
+    """A name that unseen windows ask for though its numbers came to the end of their range.
+
+    It is no name of what is missing, but tells that something is, and where.
+
+    Args:
+        entrants: of a search that found nothing else.
+        criteria: of the decision.
+    """
+    asked = _weighed([e for e in entrants if e.named and listed(e.row, criteria)], criteria)
+    if not asked:
+        return Choice(None, 1.0, NO_GRADES, {})
+    taken = max(asked, key=lambda e: e.row.weight)
+    grades = replace(_grades(taken, asked), family=0.0, law=0.0, nearest=((taken.id, 1.0),))
+    return Choice(taken, 1.0, grades, {e.id: e.row.weight for e in asked})
 
 
 def _weighed(entrants: Sequence[Entrant], criteria: Criteria) -> list[Entrant]:
@@ -150,10 +171,15 @@ def _most_plausible(names: Sequence[Entrant]) -> Entrant | None:
     """A name that most machines have, if the recordings do not rule it out, or else the best."""
     if not names:
         return None
-    order = sorted(names, key=lambda e: -e.row.weight)
+    credible = _credible(names)
+    return next((e for e in credible if e.common), credible[0])
+
+
+def _credible(entrants: Sequence[Entrant]) -> list[Entrant]:
+    """The most probable ones that together hold 95 %, the best first."""
+    order = sorted(entrants, key=lambda e: -e.row.weight)
     before = np.cumsum([0.0] + [e.row.weight for e in order[:-1]])
-    credible = [e for e, sure in zip(order, before.tolist(), strict=True) if sure < CREDIBLE]
-    return next((e for e in credible if e.common), order[0])
+    return [e for e, sure in zip(order, before.tolist(), strict=True) if sure < CREDIBLE]
 
 
 def _grades(taken: Entrant, there: Sequence[Entrant]) -> Grades:
