@@ -129,7 +129,7 @@ class Grade:
         depends_on: the coordinate that it is a function of.
         depends_on_probability: of component and coordinate.
         family: what the effect says apart from its formula, as "friction that falls with speed";
-            empty where no law is told.
+            empty where no law is reported.
         family_probability: of component, coordinate and family.
         law: id of the effect; empty where a free shape predicts clearly better.
         law_probability: of that effect.

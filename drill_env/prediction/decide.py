@@ -116,10 +116,11 @@ def explained(
     """
     report("fitting the rig alone")
     folds, here = begun_anew(folds, tuple(fit(f.setting, f.setting.centre) for f in folds))
-    alone, choices, offered = here[0], list[Choice](), list(candidates)
+    alone, choices, taken = here[0], list[Choice](), set[str]()
     while len(choices) < most:
         if choices and report("looking for more"):
             break
+        offered = [c for c in candidates if c.id not in taken]
         choice = decided(searched(folds, here, offered, report), criteria)
         if not choices and choice.chosen is None:
             choice = _told_by_place(choice, criteria)
@@ -131,13 +132,19 @@ def explained(
         choices.append(choice)
         if choice.chosen is None or choice.remainder or not choice.determined:
             break
-        offered = [c for c in offered if c is not choice.chosen.candidate]
         folds, here = begun_anew(folds, choice.chosen.fits)
         if not choice.named:
             break
-        if len(choices) > 1:
+        taken |= _ids(choices)
+        if len(choices) > 1 and not report("choosing each beside the others"):
             choices, here = _again(folds, choices, here, criteria, report)
+            # What was taken before or is now is offered no more, or a search could go round.
+            taken |= _ids(choices)
     return Explained(choices, alone, here, folds)
+
+
+def _ids(choices: Sequence[Choice]) -> set[str]:
+    return {c.chosen.candidate.id for c in choices if c.chosen is not None}
 
 
 def _told_by_place(choice: Choice, criteria: Criteria) -> Choice:

@@ -13,7 +13,7 @@ from drill_env.integrator.windows import Predicted, Windows
 from drill_env.parameters import Rig
 
 WIDEST = 0.15
-"""Before and behind a start readings tell it at most so far, s."""
+"""Before and behind a start readings are used at most so far, s: those of `local_fit`, 0.3 s."""
 # Rows on each side: seven readings determine a parabola and leave four to average.
 _FEWEST = 3
 
