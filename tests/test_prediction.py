@@ -18,10 +18,11 @@ from drill_env.effects import LIBRARY
 from drill_env.effects.along import Motion
 from drill_env.integrator import sampled_voltage, simulate
 from drill_env.integrator.windows import Windows
-from drill_env.prediction.compare import row_of, standard_error, weighed
+from drill_env.prediction.compare import row_of, standard_error, weighed, z_of
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.families import FAMILIES
 from drill_env.prediction.likelihood import log_density, scales
+from drill_env.prediction.randomisation import z_of_sum
 from drill_env.prediction.rule import Entrant, chosen, undetermined
 from drill_env.recordings import Recording
 
@@ -62,6 +63,33 @@ def test_windows_of_one_recording_that_err_together_count_as_one():
     assert alone == pytest.approx(np.sqrt(100 * gains.var(ddof=1)))
     between = np.sqrt(np.sum((25 * np.array([3.0, -1.0, 2.0, 4.0]) - 50.0) ** 2))
     assert standard_error(gains, marks) == pytest.approx(between)
+
+
+@pytest.mark.parametrize("spread", [0.2, 1.0, 3.0, 30.0])
+def test_a_sum_is_as_clear_as_all_signs_of_its_parts_say(spread):
+    rng = np.random.default_rng(int(spread))
+    for _ in range(5):
+        parts = rng.standard_t(2, 14) * spread + 1.0
+        exact = stats.permutation_test(
+            (parts,), np.sum, permutation_type="samples", n_resamples=np.inf, alternative="greater"
+        )
+        assert z_of_sum(parts) == pytest.approx(stats.norm.isf(exact.pvalue), abs=0.1)
+        assert z_of_sum(-parts) == -z_of_sum(parts)
+
+
+def test_one_window_that_gains_much_more_does_not_hide_the_others():
+    rng = np.random.default_rng(3)
+    gains = rng.normal(4.0, 2.0, 22)
+    clear = z_of(gains, [0] * 22)
+    gains[-1] += 480.0
+    assert gains.sum() < 2.0 * standard_error(gains, [0] * 22)
+    assert z_of(gains, [0] * 22) > 3.0 < clear
+    # Three recordings are three observations, however many windows they have.
+    assert z_of(gains, [0] * 8 + [1] * 8 + [2] * 6) < 2.0
+    # One gain alone is chance.
+    alone = rng.normal(0.0, 1.0, 22)
+    alone[-1] += 480.0
+    assert z_of(alone, [0] * 22) < 2.0
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ from drill_env.diagnosis.rounds import Attempt, Found, Round, at_range_end, is_n
 from drill_env.diagnosis.strikes import Once
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.identification.samples import Samples
-from drill_env.prediction.compare import Row, standard_error
+from drill_env.prediction.compare import Row, standard_error, z_of
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.rule import Choice, Entrant, chosen
 
@@ -187,7 +187,7 @@ class _Judge:
         each = (gains if len(gains) else np.zeros(count)) + told / count
         # One block alone has no scatter.
         scatter = 0.0 < error < math.inf
-        z = gain / error if scatter else math.copysign(math.inf, gain)
+        z = z_of(each, self.marks()) if scatter else math.copysign(math.inf, gain)
         error = error if scatter else 0.0
         row = Row(
             attempt.term.id, gain, error, z, (told, unseen), len(attempt.term.q), each,
@@ -223,8 +223,7 @@ class _Judge:
         if not self.held or _once(last):
             return told > least
         gains = self.blocks(step) - self.blocks(here)
-        error = standard_error(gains, self.marks())
-        clear = float(gains.sum()) >= self.criteria.z * error
+        clear = z_of(gains, self.marks()) >= self.criteria.z
         return clear and told + float(gains.sum()) > least
 
     def _share(self, here: Fit, last: Term) -> float:

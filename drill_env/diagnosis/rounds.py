@@ -105,7 +105,7 @@ class Found:
     rounds: tuple[Round, ...]
     final: Fit
     refuted: Fit | None = None
-    reason: str = "held-out recordings contradict it"
+    reason: str = "held-out recordings do not bear it out"
     explained: float = 1.0
     follows: bool = True
     residual_torque: ResidualTorque | None = None

@@ -27,7 +27,7 @@ def sentences(
 
     Args:
         result: of the diagnosis.
-        rejected: names that the rest of the recordings contradict.
+        rejected: names that were given up.
         reason: why.
         looked: whether effects were looked for at all.
     """
@@ -45,7 +45,7 @@ def sentences(
     told = {"explained", "follows"} & set(result.fit)
     if result.verdict == "unexplained" and not told and result.shape is None:
         lines.append(
-            "Names and shapes that the fitted recordings ask for make held-out ones less likely."
+            "Held-out recordings do not bear out the names and shapes that the fitted ones ask for."
         )
     lines += _residual(result)
     if result.verdict in ("missing_physics", "unexplained"):

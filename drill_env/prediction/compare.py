@@ -10,6 +10,7 @@ import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.prediction.criteria import Criteria
+from drill_env.prediction.randomisation import z_of_sum
 
 _DRAWS = 4000
 
@@ -22,7 +23,7 @@ class Row:
         id: of the candidate.
         gain: log density of all unseen windows less that of the model without it, nats.
         error: standard error of the gain.
-        z: their ratio.
+        z: how clear it is, see `z_of`.
         by_lead: the gain at each lead.
         numbers: how many it has.
         windows: gain of each unseen window, shape (w,).
@@ -55,7 +56,7 @@ def row_of(name: str, numbers: int, gains: FloatArray, recordings: Sequence[int]
     windows = gains.sum(axis=1)
     error = standard_error(windows, recordings)
     gain = float(windows.sum())
-    z = gain / error if error > 0.0 else 0.0
+    z = z_of(windows, recordings)
     by_lead = tuple(gains.sum(axis=0).tolist())
     return Row(
         name, gain, error, z, by_lead, numbers, windows, leads=gains.shape[1],
@@ -68,6 +69,29 @@ def difference(one: Row, other: Row) -> Row:
     windows = one.windows - other.windows
     recordings = one.recordings or [0] * len(windows)
     return row_of(one.id, one.numbers, windows[:, np.newaxis], recordings)
+
+
+def z_of(windows: FloatArray, recordings: Sequence[int]) -> float:
+    """How many standard deviations a sum over windows is off chance.
+
+    Beside one window that a model predicts far better, the standard error makes nothing of all the
+    others, so the sum also stands where its signs alone are as clear (`randomisation.py`). On
+    normal, heavy-tailed and skewed chance alike the larger of the two errs no more often than the
+    first does on normal chance.
+
+    Args:
+        windows: gain of each, nats, shape (w,).
+        recordings: which recording each is of, shape (w,).
+    """
+    error, total = standard_error(windows, recordings), float(windows.sum())
+    z = total / error if error > 0.0 else 0.0
+    if total <= 0.0 or len(windows) < 2:
+        return z
+    which = np.asarray(recordings)
+    names = np.unique(which)
+    if len(names) > 2:
+        windows = np.array([windows[which == name].sum() for name in names])
+    return max(z, z_of_sum(windows))
 
 
 def standard_error(windows: FloatArray, recordings: Sequence[int]) -> float:

@@ -9,7 +9,7 @@ from typing import Any
 from drill_env.diagnosis.intervals import significant
 from drill_env.diagnosis.probability import UNLISTED, probability_in
 from drill_env.diagnosis.result import DiagnosisResult, Number, digits_of
-from drill_env.diagnosis.rounds import Round
+from drill_env.diagnosis.rounds import Found, Round
 from drill_env.diagnosis.terms import Shape, Term
 from drill_env.effects import LIBRARY
 from drill_env.parameters import Rig
@@ -80,11 +80,9 @@ def effect_rows(numbers: Mapping[str, Number]) -> list[dict[str, str]]:
     ]
 
 
-def ranking_rows(
-    found: Round, kept: tuple[Term, ...], rejected: tuple[str, ...] = ()
-) -> list[dict[str, Any]]:
-    """Candidates of one search, most probable first, those that were given up last."""
-    names = {term.id for term in kept}
+def ranking_rows(found: Round, of: Found) -> list[dict[str, Any]]:
+    """Candidates of one round of a search, most probable first, those that were given up last."""
+    names, rejected = {term.id for term in of.final.terms}, of.rejected
     nothing = 0.0 if found.weights else 1.0 - UNLISTED
     rows = [{"id": _NOTHING, "what": "the model as it is", "chance": nothing, "gain": ""}]
     for attempt in (*found.named, *found.shapes):
@@ -94,7 +92,7 @@ def ranking_rows(
             "chance": probability_in(found, attempt.term.id),
         }
         if row["id"] in rejected:
-            row["what"] += " Rejected: held-out recordings contradict it."
+            row["what"] += f" Rejected: {of.reason}."
         rows.append({**row, "gain": f"{attempt.criterion:.0f}"})
     rows.sort(key=lambda row: -row["chance"])
     given = [row for row in rows if row["id"] in rejected]

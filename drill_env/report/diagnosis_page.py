@@ -63,7 +63,7 @@ def diagnosis_page(found: Diagnosis | PredictionDiagnosis) -> str:
         friction=friction_figure(found.found, found.start, left) if final.rig.inertias == 2 else "",
         new_law=any(effect.id == _LAW for effect in result.effects),
         effects=[effect_rows(e.parameters) for e in result.effects],
-        rounds=[ranking_rows(r, final.terms, found.found.rejected) for r in found.found.rounds],
+        rounds=[ranking_rows(r, found.found) for r in found.found.rounds],
         predictions=prediction_rows(result), grades=grade_rows(result),
         errors=error_rows(result), likelihoods=likelihood_rows(result), held=_held_out(found),
         added=bool(seen),
