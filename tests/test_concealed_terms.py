@@ -41,7 +41,7 @@ FAULTS = {
     "missed_counts_upper": {"size", "rate"}, "missed_counts_lower": {"size", "rate"},
 }  # fmt: skip
 # Of the largest torque: what the formulas' small print makes (see `terms`), or steps of time.
-NEARLY = {"string_inertia": 0.05, "supply_sag": 0.03, "string_hysteresis": 0.01}
+NEARLY = {"supply_sag": 0.03, "string_hysteresis": 0.01}
 # Times and lengths that steps of time resolve.
 SIZES = {"slew_limit": 0.2, "friction_lag": 0.1, "presliding": 0.3, "amplifier_saturation": 1.0}
 # Neither holds along a motion that is given: a motor moves on its own, counts are lost at random.

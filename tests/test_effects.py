@@ -88,6 +88,11 @@ def damping(t, y):
     return 0.002 * (y[1] - y[2])
 
 
+def half_string(z, rate):
+    # Stiffness and damping of what is between a disc and a body of 4 ktheta/w^2, 2 Hz, ratio 0.02.
+    return 2 * RIG.ktheta * z + 0.02 * 4 * math.pi * 4 * RIG.ktheta / (4 * math.pi) ** 2 * rate
+
+
 SMOOTH = {
     "unbalance": (
         {"id": "unbalance", "torque": 0.03, "phase": 1.0},
@@ -129,7 +134,8 @@ SMOOTH = {
     "string inertia": (
         {"id": "string_inertia", "frequency": 2.0, "damping": 0.02},
         lambda: scipy_run(
-            lambda t, y: 2 * RIG.ktheta * y[4], lambda t, y: 2 * RIG.ktheta * y[4], (0.0, 0.0),
+            lambda t, y: half_string(y[4], y[5] + 0.5 * (y[2] - y[1])),
+            lambda t, y: half_string(y[4], y[5] + 0.5 * (y[1] - y[2])), (0.0, 0.0),
             lambda t, y, a, b: [
                 y[5], -0.5 * (a + b) - (4 * math.pi) ** 2 * y[4] - 0.04 * 4 * math.pi * y[5]
             ],

@@ -25,7 +25,7 @@ T: FloatArray = 5e-3 * np.arange(3001, dtype=np.float64)
 # Slow and fast, with reversals and rests.
 U: FloatArray = np.round(20.0 * (2.5 * np.sin(0.7 * T) + 1.5 * np.sin(2.3 * T))) / 20.0
 # Of the effect: the supply's fast part, the brake that warms (see `terms`), a second mode's losses.
-NEARLY = {"supply_sag": 0.03, "friction_heating": 0.02, "string_inertia": 0.15}
+NEARLY = {"supply_sag": 0.03, "friction_heating": 0.02}
 
 
 def _parameters(name: str) -> dict[str, float]:

@@ -65,8 +65,11 @@ class StringInertia(Effect):
         self.initial = [0.0, 0.5 * (start.state[1] + start.state[2])]
 
     def add(self, s: Sums, v: View) -> None:
-        s.torque_u += 2 * v.rig.ktheta * v.inner[0]
-        s.torque_l += 2 * v.rig.ktheta * v.inner[0]
+        # Two halves: each pulls its disc by its own stretch and the rate of that.
+        damper = 2 * self.q["damping"] * 2 * v.rig.ktheta / (2 * pi * self.q["frequency"])
+        body = v.inner[1]
+        s.torque_u += 2 * v.rig.ktheta * v.inner[0] + damper * (body - v.wu)
+        s.torque_l += 2 * v.rig.ktheta * v.inner[0] + damper * (body - v.wl)
 
     def rates(self, v: View) -> list[float]:
         z, w = v.inner[0], 2 * pi * self.q["frequency"]

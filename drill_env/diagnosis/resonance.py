@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from drill_env.diagnosis.extended import evaluate, value_at
+from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.joint import descend_jointly
 from drill_env.diagnosis.terms import Named, Term
 
 _NUMBERS = ("frequency", "damping")
 _REACH = 0.4
-# A little damped peak is narrow and shows late, a much damped one leads there from afar.
-_SHARP, _BROAD = (0.004, 121), (0.05, 21)
+# Frequencies tried on either side.
+_TRIED = 8
 _ROUNDS, _STEPS = 2, 10
 
 
@@ -30,32 +31,29 @@ def resonates(term: Term) -> bool:
 def retuned(setting: Setting, fit: Fit) -> Fit:
     """The fit with the frequency of its last term where the likelihood is best.
 
-    All else stays while frequencies are tried, sharp and broad, and follows from the best of each.
+    A peak may show only after the rig has followed, so the profile likelihood is walked along.
 
     Args:
         setting: recordings and free parameters.
         fit: whose last term resonates.
     """
     for _ in range(_ROUNDS):
-        fits = [
-            descend_jointly(setting, start, limit=_STEPS, enough=1.0)
-            for start in _starts(setting, fit)
-        ]
-        best = min(fits, key=lambda f: f.value)
+        tried = (one for side in (-1.0, 1.0) for one in _along(setting, fit, side))
+        start = min(tried, key=lambda f: f.value)
+        best = descend_jointly(setting, start, limit=_STEPS, enough=1.0)
         if best.value >= fit.value:
             break
         fit = best
     return fit
 
 
-def _starts(setting: Setting, fit: Fit) -> Iterator[Fit]:
-    last = fit.terms[-1]
-    for damping, count in (_SHARP, _BROAD):
-        tried = [
-            replace(last, q=np.array([last.q[0] * share, damping]))
-            for share in np.exp(np.linspace(-_REACH, _REACH, count)).tolist()
-        ]
-        at = (fit.noise, fit.starts, fit.motions)
-        values = [value_at(setting, fit.vector, (*fit.terms[:-1], t), *at) for t in tried]
-        best = tried[int(np.argmin(values))]
-        yield evaluate(setting, fit.vector, (*fit.terms[:-1], best), *at)
+def _along(setting: Setting, fit: Fit, side: float) -> Iterator[Fit]:
+    """Fits at one frequency after another, each begun from the one before."""
+    share = np.array([math.exp(side * _REACH / _TRIED), 1.0])
+    for _ in range(_TRIED):
+        last = replace(fit.terms[-1], q=share * fit.terms[-1].q)
+        moved = evaluate(
+            setting, fit.vector, (*fit.terms[:-1], last), fit.noise, fit.starts, fit.motions
+        )
+        fit = descend_jointly(setting, moved, limit=2, enough=1.0)
+        yield fit

@@ -90,13 +90,17 @@ def string_hysteresis(p, e, s, out):
     "The string's own inertia gives a second torsional mode.",
     shape("frequency", "Hz", _FREQUENCIES, low=0.3, high=100.0, form=0.0),
     shape("damping", "1", (0.02, 0.1), low=0.0005, high=2.0),
-    formula="2 ktheta z on both, "
-    "d2z/dt2 = -(domega_u/dt + domega_l/dt)/2 - w^2 z - 2 damping w dz/dt, w = 2 pi frequency",
+    formula="2 ktheta z + c dz/dt on both, -+c/2 (omega_u - omega_l), "
+    "d2z/dt2 = -(domega_u/dt + domega_l/dt)/2 - w^2 z - 2 damping w dz/dt, w = 2 pi frequency, "
+    "c = 4 ktheta damping/w",
     states=2,
     neighbours=("string_damping", "lower_resonator"),
 )
 def string_inertia(p, e, s, out):
-    """2 ktheta z on both, d2z/dt2 = -(domega_u/dt + domega_l/dt)/2 - w^2 z - 2 damping w dz/dt."""
+    """A body between two halves of the string, each of stiffness 2 ktheta and damping c.
+
+    z is its angle ahead of the mean of the discs', frequency (Hz) its own with both discs held.
+    """
     middle = 0.5 * (s.omega_u + s.omega_l)
     if s.first:
         e.z[1] = middle
@@ -104,8 +108,11 @@ def string_inertia(p, e, s, out):
     wave, rate = 2.0 * pi * e.q[0], e.z[1] - middle
     e.rate[0] = rate
     e.rate[1] = -wave * wave * e.z[0] - 2.0 * e.q[1] * wave * rate
-    out.torque_u += 2.0 * p.ktheta * e.z[0]
-    out.torque_l += 2.0 * p.ktheta * e.z[0]
+    loss = 4.0 * p.ktheta * e.q[1] / wave
+    pull = 2.0 * p.ktheta * e.z[0] + loss * rate
+    out.torque_u += pull
+    out.torque_l += pull
+    out.string += 0.5 * loss * (s.omega_u - s.omega_l)
 
 
 @string(
