@@ -22,7 +22,7 @@ FIELDS = (
     "km", "J", "b", "coulomb", "offset", "weight", "weight_phase", "spring", "drag", "exponent",
     "stribeck", "stribeck_speed", "stribeck_power", "load", "dead", "level", "corner", "asymmetry",
     "ripple", "order", "ripple_phase", "lag", "patch", "patch_from", "patch_to", "knee",
-    "knee_speed", "weakening", "wet", "wet_phase",
+    "knee_speed", "weakening", "wet", "wet_phase", "stroke",
 )  # fmt: skip
 F = {name: place for place, name in enumerate(FIELDS)}
 KM, J, B, COULOMB = (F[name] for name in ("km", "J", "b", "coulomb"))
@@ -53,7 +53,7 @@ def _friction(q, theta, speed, drive):
     turn = theta % (2.0 * math.pi)
     if q[22] > 0.0 and q[23] < turn < q[24]:
         size += q[22]
-    size += q[25] * max(w - q[26], 0.0)
+    size += q[25] * max(w - q[26], 0.0) + q[30] * max(math.sin(theta), 0.0)
     return size + q[28] * w * (1.0 + math.cos(theta + q[29]))
 
 
@@ -155,18 +155,18 @@ LISTED = (
     "upper_coulomb", "upper_viscous", "upper_offset", "upper_unbalance", "upper_quadratic_drag",
     "upper_stribeck", "upper_gaussian_stribeck", "upper_spring", "amplifier_deadzone",
     "amplifier_saturation", "gain_asymmetry", "torque_ripple", "input_delay", "actuator_lag",
-    "upper_load_friction", "encoder_eccentricity_upper",
+    "upper_load_friction", "encoder_eccentricity_upper", "drive_speed_loss",
 )  # fmt: skip
 DIFFERING = (
     "drag of power 1.5", "drag of power 3", "Stribeck of power 1.5", "tanh saturation",
     "damping above a speed",
 )  # fmt: skip
-UNLISTED = ("sticky sector", "weakening field", "wet sector")
+UNLISTED = ("sticky sector", "pump stroke", "wet sector")
 COMPONENTS = {
     "amplifier_deadzone": "actuator", "amplifier_saturation": "actuator",
     "gain_asymmetry": "actuator", "torque_ripple": "actuator", "input_delay": "actuator",
     "actuator_lag": "actuator", "encoder_eccentricity_upper": "sensor",
-    "tanh saturation": "actuator", "weakening field": "actuator",
+    "tanh saturation": "actuator", "drive_speed_loss": "actuator",
 }  # fmt: skip
 """Where a term sits; at the axis by default."""
 SIBLINGS = {
@@ -174,7 +174,7 @@ SIBLINGS = {
     "drag of power 3": ("upper_quadratic_drag",),
     "Stribeck of power 1.5": ("upper_stribeck", "upper_gaussian_stribeck"),
     "tanh saturation": ("soft_saturation", "amplifier_saturation"),
-    "damping above a speed": ("upper_quadratic_drag",),
+    "damping above a speed": ("upper_drag_above_speed", "upper_quadratic_drag"),
 }
 """Names that stand for a law that differs."""
 
@@ -251,8 +251,11 @@ def draw(term: str, rng: np.random.Generator) -> Axis:
         q |= {"patch": size, "patch_from": 1.0, "patch_to": 1.0 + rng.uniform(0.8, 2.0)}
     elif term == "damping above a speed":
         q |= {"knee": 3.0 * size / speed, "knee_speed": 0.4 * speed}
-    elif term == "weakening field":
+    elif term == "drive_speed_loss":
         q["weakening"] = rng.uniform(0.25, 0.45) / speed
+        truth = {"loss": q["weakening"]}
+    elif term == "pump stroke":
+        q["stroke"] = 2.0 * size
     elif term == "wet sector":
         q |= {"wet": 1.5 * size / speed, "wet_phase": phase}
     kind = str(rng.choice(["levels", "sines", "ramps"]))

@@ -96,6 +96,18 @@ def quadratic_drag(q: dict[str, Any], s: Sums, v: View) -> None:
     s.torque_l -= q["coefficient"] * v.speed_l * v.wl
 
 
+def drive_speed_loss(q: dict[str, Any], s: Sums, v: View) -> None:
+    s.volts -= v.u * min(q["loss"] * v.speed_u, 1.0)
+
+
+def upper_drag_above_speed(q: dict[str, Any], s: Sums, v: View) -> None:
+    s.torque_u -= q["coefficient"] * v.su * max(v.speed_u - q["speed"], 0.0) ** 2
+
+
+def drag_above_speed(q: dict[str, Any], s: Sums, v: View) -> None:
+    s.torque_l -= q["coefficient"] * v.sl * max(v.speed_l - q["speed"], 0.0) ** 2
+
+
 def upper_asymmetry(q: dict[str, Any], s: Sums, v: View) -> None:
     s.torque_u -= q["damping"] * v.speed_u
 
@@ -168,7 +180,7 @@ FORMULAS: dict[str, Callable[[dict[str, Any], Sums, View], None]] = {
         upper_unbalance, brake_runout, lower_asymmetry, friction_drift, whirl_drag,
         dwell_stiction, drive_braking_loss, motor_fade, upper_load_friction, upper_spring,
         friction_settling, commutation_ripple, soft_saturation, upper_gaussian_stribeck,
-        lower_gaussian_stribeck,
+        lower_gaussian_stribeck, drive_speed_loss, upper_drag_above_speed, drag_above_speed,
     )
 }  # fmt: skip
 

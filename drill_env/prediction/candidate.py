@@ -191,7 +191,7 @@ def candidate_of(effect: Effect, scales: Scales) -> Candidate:
         size = _usual(p, scales)
         whole = effect.depends_on.startswith("theta") and p.unit in ("Nm", "Nm/rad")
         whole |= p.unit in ("Nm s/rad", "Nm s^2/rad^2")
-        most = _MOST_SHARE if p.unit == "1" else _MOST_WHOLE if whole else _MOST
+        most = _MOST_SHARE if p.unit in ("1", "s/rad") else _MOST_WHOLE if whole else _MOST
         most = min(most, p.high / size)
         kinds.append("cosine" if turned else "linear")
         usual.append((size,))
@@ -210,6 +210,7 @@ def _usual(p: EffectParameter, s: Scales) -> float:
         "Nm": torque, "Nm s/rad": torque / s.speed, "Nm s^2/rad^2": torque / s.speed**2,
         "Nm/rad": torque / s.way, "Nm/rad^3": torque / s.way**3, "1/V": _SMALL / s.voltage,
         "rad": 0.03, "V s/rad": 0.1 * s.voltage / s.speed, "1/min": 0.2,
+        "s/rad": _SMALL / s.speed,
     }  # fmt: skip
     return min(sizes.get(p.unit, max(p.grid[0], _SMALL)), p.high)
 

@@ -11,6 +11,7 @@ FAMILIES: dict[str, tuple[str, ...]] = {
     "drive that differs with its direction": (
         "gain_asymmetry", "drive_braking_loss", "coasting",
     ),
+    "drive that weakens with speed": ("drive_speed_loss",),
     "drive that fades": ("motor_fade", "motor_heating"),
     "drive that varies with the angle": (
         "commutation_ripple", "torque_ripple", "gear_eccentricity",
@@ -21,6 +22,7 @@ FAMILIES: dict[str, tuple[str, ...]] = {
     ),
     "drag that grows with speed": (
         "upper_viscous", "upper_quadratic_drag", "quadratic_drag", "whirl_drag",
+        "upper_drag_above_speed", "drag_above_speed",
     ),
     "drag that differs with the direction": ("upper_asymmetry", "lower_asymmetry"),
     "friction with a memory": (

@@ -12,9 +12,12 @@ from drill_env.prediction.candidate import Candidate, candidate_of, scales_of
 from drill_env.prediction.shapes import free_shapes
 
 # Of the motor, behind whatever was measured.
-_BEHIND_THE_CURRENT = ("torque_ripple", "commutation_ripple")
+_BEHIND_THE_CURRENT = ("torque_ripple", "commutation_ripple", "drive_speed_loss")
 # Beside what depends on the voltage.
-_READ_THE_DRIVE = ("gear_eccentricity", "gear_backlash", "gear_compliance", "commutation_ripple")
+_READ_THE_DRIVE = (
+    "gear_eccentricity", "gear_backlash", "gear_compliance", "commutation_ripple",
+    "drive_speed_loss",
+)  # fmt: skip
 # A lone encoder that reports late is the drive that acts late.
 _SHIFTS = ("encoder_delay_upper",)
 

@@ -44,6 +44,19 @@ def drive_braking_loss(p, e, s, out):
 
 
 @actuator(
+    "omega_u",
+    "The motor gives less torque the faster it turns, as its field is weakened.",
+    amplitude("loss", "s/rad", 0.02, most=1000.0, signed=False),
+    switches=1,
+    neighbours=("upper_viscous", "upper_quadratic_drag", "supply_sag"),
+)
+def drive_speed_loss(p, e, s, out):
+    """-km u min(loss |omega_u|, 1)."""
+    lost = e.q[0] * s.speed_u
+    out.volts -= s.u * (lost if branch(e, s, 0, 1.0 - lost) > 0 else 1.0 + 0.0 * lost)
+
+
+@actuator(
     "time",
     "The motor gets weaker, or stronger, after the start and settles.",
     amplitude("loss", "1", 0.05, most=0.9),
