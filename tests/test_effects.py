@@ -473,6 +473,7 @@ NEUTRAL = {
     "string_inertia": {"frequency": 100.0, "damping": 0.02},
     "friction_lag": {"time_constant": 5e-4},
     "presliding": {"distance": 2e-4},
+    "lower_lugre": {"stiffness": 1000.0},
     "current_limit": {"level": 150.0, "back_emf": 0.5},
     "encoder_delay_upper": {"delay": 0.0},
     "encoder_delay_lower": {"delay": 0.0},

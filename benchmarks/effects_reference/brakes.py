@@ -56,6 +56,19 @@ class Presliding(Effect):
         return [v.wl * (1.0 - v.sl * v.inner[0]) / self.q["distance"]]
 
 
+class LowerLuGre(Effect):
+    initial = [0.0]
+
+    def add(self, s: Sums, v: View) -> None:
+        s.scale_l -= 1.0
+        s.torque_l -= v.inner[0]
+
+    def rates(self, v: View) -> list[float]:
+        level = max(v.law(v.speed_l), v.rig.Tsl / 10.0)
+        yielded = v.speed_l * v.inner[0] / level
+        return [self.q["stiffness"] * (v.wl - yielded)]
+
+
 class UpperPresliding(Effect):
     def setup(self, q: dict[str, Any], start: Start) -> None:
         speed = start.state[1]

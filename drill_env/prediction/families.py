@@ -26,8 +26,8 @@ FAMILIES: dict[str, tuple[str, ...]] = {
     ),
     "drag that differs with the direction": ("upper_asymmetry", "lower_asymmetry"),
     "friction with a memory": (
-        "upper_friction_lag", "upper_presliding", "friction_lag", "presliding", "rate_state",
-        "dwell_stiction",
+        "upper_friction_lag", "upper_presliding", "friction_lag", "presliding", "lower_lugre",
+        "rate_state", "dwell_stiction",
     ),
     "friction that grows with the load": ("upper_load_friction", "load_dependent_friction"),
     "friction that changes with time": (

@@ -125,7 +125,7 @@ def lower_stribeck(p, e, s, out):
     shape("distance", "rad", (0.005, 0.01, 0.02, 0.04, 0.08, 0.15, 0.3), low=0.0002, high=3.0),
     states=1,
     switches=1,
-    neighbours=("friction_lag", "string_hysteresis"),
+    neighbours=("lower_lugre", "friction_lag", "string_hysteresis"),
     source="Dahl, Aerospace Corp. TOR-0158 (1968)",
     at_rest=True,
 )
@@ -135,6 +135,30 @@ def presliding(p, e, s, out):
     out.scale_l -= 1.0
     out.torque_l -= e.z[0] * s.friction_l
     give_way(e, s, s.rest_l, s.omega_l, s.side_l, e.q[0])
+
+
+@lower(
+    "theta_l",
+    "The brake's contact is a spring that yields, as stiff at every speed (LuGre).",
+    shape("stiffness", "Nm/rad", (0.5, 1.0, 2.0, 4.0, 8.0, 16.0), low=0.01, high=1000.0),
+    formula="sign(omega_l) T_l - F, dF/dt = stiffness (omega_l - |omega_l| F/g), "
+    "g = T_l, at least Tsl/10",
+    states=1,
+    switches=1,
+    neighbours=("presliding", "friction_lag"),
+    source="Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40 (1995)",
+    at_rest=True,
+)
+def lower_lugre(p, e, s, out):
+    """F in place of sign(omega_l) T_l, see `formula`; `presliding` yields over a constant way."""
+    out.scale_l -= 1.0
+    out.torque_l -= e.z[0]
+    # A law that falls below 0 at high speed is none that a spring yields at.
+    least = 0.1 * p.Tsl
+    level = (
+        s.friction_l if branch(e, s, 0, s.friction_l - least) > 0 else least + 0.0 * s.friction_l
+    )
+    e.rate[0] = e.q[0] * (s.omega_l - s.speed_l * e.z[0] / level)
 
 
 # Share of `speed` at which steady contact stops growing older.
