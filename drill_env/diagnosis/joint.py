@@ -189,13 +189,28 @@ def better_noise(setting: Setting, here: Fit, only: Sequence[int] | None) -> Noi
         given, here.starts, here.rig, here.noise, robust=setting.robust,
         only=only, known=here.traces,
     )  # fmt: skip
-    return _rounded(setting, model)
+    return _bounded(setting, model)
 
 
-def _rounded(setting: Setting, model: NoiseModel) -> NoiseModel:
+def _bounded(setting: Setting, model: NoiseModel) -> NoiseModel:
+    """No more noise than what is known of it.
+
+    Encoders err by their rounding. Torques that are noise under the rig alone hold all that is
+    missing, so nothing that is found may leave a slower or larger one: it would hide a rig that
+    has gone astray.
+    """
     for name, size in setting.shown.items():
         most = _MOST_ROUNDING * size
         model = replace(model, **{name: min(getattr(model, name), most)})
+    if setting.wide is None:
+        return model
+    for disc in ("u", "l"):
+        names = (f"torque_{disc}", f"tau_{disc}")
+        size, time = (getattr(model, name) for name in names)
+        most, longest = (getattr(setting.wide, name) for name in names)
+        # The power at frequencies that neither resolves.
+        if size * size * time > most * most * longest:
+            model = replace(model, **dict(zip(names, (most, longest), strict=True)))
     return model
 
 
