@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import json
 import os
+import signal
 import time
 import tomllib
 from collections.abc import Callable
@@ -99,8 +100,11 @@ def interrupted(status: int, number: int, err: str, *, late: bool) -> list[str]:
         err: its standard error.
         late: whether all may have been done: while Python ends it leaves signals to the system.
     """
-    ended = (128 + number, 0, *([-number] if late else []))
+    # A shell gives 128 + 15 for what SIGTERM ended by default, too: before Python has its handlers.
+    ended = (128 + number, 0, *([-number] if late or number == signal.SIGTERM else []))
     faults = [] if status in ended else [f"exit status {status}"]
+    # Joblib's tracker of shared memory outlives its parent and tells what it found gone.
+    err = "\n".join(line for line in err.splitlines() if "resource_tracker" not in line)
     if "Traceback" in err or "Error" in err:
         faults.append(f"says {err[-600:]!r}")
     elif status == 130 and "interrupted" not in err and "go on" not in err:
