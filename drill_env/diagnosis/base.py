@@ -16,7 +16,7 @@ from drill_env.diagnosis.fit_changes import with_new_motions
 from drill_env.diagnosis.joint import descend_jointly
 from drill_env.diagnosis.rig_coordinates import RigCoordinates
 from drill_env.identification.coordinates import Coordinates
-from drill_env.identification.noise import NoiseModel
+from drill_env.identification.noise import usual_noise
 from drill_env.identification.noise_of_recording import noise_shown
 from drill_env.identification.prediction_error import path_of
 from drill_env.identification.samples import Samples
@@ -34,7 +34,7 @@ def base_fit(
     samples = [replace(s, release=_RELEASE) for s in samples]
     shown = noise_shown([s.recording for s in samples], samples[0].relative)
     setting = Setting(tuple(samples), coordinates, doubt, shown=shown)
-    noise = replace(NoiseModel(), **setting.shown)
+    noise = replace(usual_noise(rig), **setting.shown)
     motions = [motion_of(s, noise, path_of(s, rig, noise, s.starts)) for s in samples]
     # Weights would hold a filter back that starts with a wrong rig and too little noise.
     plain = replace(setting, robust=math.inf)

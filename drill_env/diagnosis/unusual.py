@@ -8,7 +8,7 @@ from dataclasses import replace
 from drill_env.diagnosis.extended import value_at
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.rounds import NEEDED
-from drill_env.identification.noise import NoiseModel
+from drill_env.identification.noise import usual_noise
 
 # Powers of the ratio of the times by which a torque's size follows: its power at low frequencies
 # stays, its variance stays, its power at high frequencies stays.
@@ -28,7 +28,7 @@ def unusual(setting: Setting, fit: Fit) -> dict[str, float]:
     Returns:
         Values as `NoiseModel` names them; nothing where both times are usual.
     """
-    usual, found = NoiseModel(), {}
+    usual, found = usual_noise(setting.coordinates.base), {}
     for disc in ("u", "l"):
         if _worse(setting, fit, disc, NEEDED + math.log(max(fit.count, 2))):
             names = (f"torque_{disc}", f"tau_{disc}")
@@ -38,7 +38,7 @@ def unusual(setting: Setting, fit: Fit) -> dict[str, float]:
 
 def _worse(setting: Setting, fit: Fit, disc: str, by: float) -> bool:
     """Whether minus twice the log likelihood rises by more under a torque's usual time."""
-    usual = getattr(NoiseModel(), f"tau_{disc}")
+    usual = getattr(usual_noise(setting.coordinates.base), f"tau_{disc}")
     size, time = getattr(fit.noise, f"torque_{disc}"), getattr(fit.noise, f"tau_{disc}")
     tried = (
         replace(fit.noise, **{f"tau_{disc}": usual, f"torque_{disc}": size * (usual / time) ** -p})

@@ -24,7 +24,7 @@ from drill_env.identification.descent import (
 )
 from drill_env.identification.drive import as_given, check_scale, driven_rig, with_known_scale
 from drill_env.identification.known_loads import tells_scale
-from drill_env.identification.noise import NoiseModel
+from drill_env.identification.noise import NoiseModel, usual_noise
 from drill_env.identification.noise_fit import told
 from drill_env.identification.noise_of_recording import first_speeds, noise_shown
 from drill_env.identification.prior import Prior
@@ -41,8 +41,8 @@ NoiseSharing: TypeAlias = Literal["shared", "each"]
 """One noise model for all recordings, or one for each."""
 
 # Wide enough that a filter with a rig 30 % off still follows the recording.
-_FIRST_NOISE = NoiseModel(torque_u=0.3, torque_l=0.02)
-_NO_TORQUE = NoiseModel(torque_u=1e-6, torque_l=1e-8)
+# Of the torques on the upper and the lower disc, in usual ones.
+_FIRST_NOISE, _NO_TORQUE = (15.0, 100.0), (5e-5, 5e-5)
 _SPREAD = 0.3
 _DRAWS = 20_000
 _REHEATS = 3
@@ -286,7 +286,9 @@ def _first_noise(problem: Problem) -> list[NoiseModel]:
         members = [
             s.recording for s, g in zip(problem.samples, problem.groups, strict=True) if g == group
         ]
-        model = _FIRST_NOISE if problem.torques else _NO_TORQUE
+        model = usual_noise(
+            problem.coordinates.base, *(_FIRST_NOISE if problem.torques else _NO_TORQUE)
+        )
         model = replace(model, **noise_shown(members, problem.samples[0].relative))
         models.append(replace(model, **first_speeds(members)))
     return models

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from drill_env._checks import real
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
+from drill_env.parameters import Rig
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +59,21 @@ class NoiseModel:
         """The values by name, those of velocities only where there are any."""
         names = [item.name for item in fields(self)]
         return {name: float(getattr(self, name)) for name in (names if velocities else names[:6])}
+
+
+def usual_noise(rig: Rig, upper: float = 1.0, lower: float = 1.0) -> NoiseModel:
+    """Noise of a rig of this size: torques accelerate its discs as they do the paper's.
+
+    Args:
+        rig: whose inertias count.
+        upper: the torque on the upper disc in usual ones.
+        lower: the one on the lower disc.
+    """
+    usual, paper = NoiseModel(), Rig()
+    return replace(
+        usual, torque_u=upper * usual.torque_u * rig.Ju / paper.Ju,
+        torque_l=lower * usual.torque_l * rig.Jl / paper.Jl,
+    )  # fmt: skip
 
 
 SENSORS = ("encoder_u", "encoder_l", "speed_u", "speed_l")

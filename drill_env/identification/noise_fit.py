@@ -12,7 +12,7 @@ import numpy as np
 from drill_env._types import FloatArray, IntArray
 from drill_env.identification._noise_slopes import N_NOISE, NOISE_SLOPES, noise_slopes
 from drill_env.identification.coordinates import solved
-from drill_env.identification.noise import NoiseModel
+from drill_env.identification.noise import NoiseModel, usual_noise
 from drill_env.identification.prediction_error import Trace, flat, path_of, reading_variances
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
@@ -20,10 +20,10 @@ from drill_env.parameters import Rig
 _LONGEST_STEP = 2.0
 # Standard deviations of the prior on the logarithms: correlation times far from a tenth of a
 # second are hardly told from white or constant torques.
-_PRIOR = NoiseModel().vector()
 _PRECISION = 1.0 / np.array([10.0, 10.0, 0.5, 0.5, *[10.0] * 4]) ** 2
-_FLOORS = np.log([1e-6, 1e-8, 1e-3, 1e-3, 1e-9, 1e-9, 1e-6, 1e-6])
-_CEILINGS = np.log([10.0, 1.0, 20.0, 20.0, 1.0, 1.0, 100.0, 100.0])
+# Torques in usual ones of a rig of its size, see `usual_noise`; the rest in SI units.
+_FLOORS = np.log([5e-5, 5e-5, 1e-3, 1e-3, 1e-9, 1e-9, 1e-6, 1e-6])
+_CEILINGS = np.log([5e2, 5e3, 20.0, 20.0, 1.0, 1.0, 100.0, 100.0])
 _SENSORS = 4
 
 
@@ -63,12 +63,14 @@ def noise_step(
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         parts = list(pool.map(one, jobs))
-    gradient = (_PRECISION * (logs - _PRIOR) + np.sum([g for g, _ in parts], axis=0))[free]
+    prior = usual_noise(rig).vector()
+    size = np.where(np.arange(len(prior)) < 2, prior, 0.0)
+    gradient = (_PRECISION * (logs - prior) + np.sum([g for g, _ in parts], axis=0))[free]
     information = np.diag(_PRECISION) + np.sum([i for _, i in parts], axis=0)
     step = solved(information[np.ix_(free, free)], -gradient)
     step *= min(1.0, _LONGEST_STEP / max(float(np.abs(step).max()), 1e-12))
     logs[free] += step
-    return NoiseModel.from_vector(np.clip(logs, _FLOORS, _CEILINGS))
+    return NoiseModel.from_vector(np.clip(logs, _FLOORS + size, _CEILINGS + size))
 
 
 def told(recordings: Sequence[Samples], *, torques: bool = True) -> IntArray:

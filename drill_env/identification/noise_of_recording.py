@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from drill_env._types import FloatArray
-from drill_env.identification.noise import NoiseModel, roughness, shiver
+from drill_env.identification.noise import NoiseModel, roughness, shiver, usual_noise
 from drill_env.identification.noise_fit import noise_step
 from drill_env.identification.prediction_error import Score, score
 from drill_env.identification.samples import Samples
@@ -36,7 +36,7 @@ def estimated_noise(
     Returns:
         The noise, and starts as `Samples.starts`, shape (m, 5).
     """
-    noise = noise or _first_noise(samples)
+    noise = noise or _first_noise(samples, rig)
     starts = settled_starts(samples, rig, noise)
     value = score(samples, rig, noise, starts).value
     for _ in range(rounds):
@@ -51,9 +51,9 @@ def estimated_noise(
     return noise, starts
 
 
-def _first_noise(samples: Samples) -> NoiseModel:
+def _first_noise(samples: Samples, rig: Rig) -> NoiseModel:
     known = noise_shown([samples.recording], samples.relative)
-    return replace(NoiseModel(), **known, **first_speeds([samples.recording]))
+    return replace(usual_noise(rig), **known, **first_speeds([samples.recording]))
 
 
 def first_speeds(recordings: Sequence[Recording]) -> dict[str, float]:
