@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -10,6 +11,8 @@ from scipy.ndimage import uniform_filter1d
 from drill_env._types import FloatArray
 from drill_env.diagnosis.linearised import Known, Linearised
 from drill_env.effects import Effect, EffectParameter
+from drill_env.effects.along import Motion
+from drill_env.parameters import Rig
 
 _PEAKS = 3
 
@@ -18,6 +21,8 @@ _HIGHEST_HZ = 40.0
 # Shares of the highest voltage: just below it, and all the way where the grid ends far below.
 _TOPS = (0.99, 0.98, 0.965, 0.945, 0.92, 0.89)
 _WIDE = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
+# Largest voltage, and twist and speeds that are hardly exceeded, of the paper's rig at up to 5 V.
+_DECLARED_FOR = {"voltage": 4.5, "omega_u": 8.0, "omega_l": 13.0, "twist": 7.0}
 # Of what brakes the upper disc.
 _BACK_EMF = (0.45, 0.9)
 
@@ -33,7 +38,7 @@ def grid_of(effect: Effect, linearised: Linearised) -> list[FloatArray]:
     """Points of an effect's declared grids, with the peaks of frequency, order and time added."""
     axes, rig = [], linearised.fit.rig
     for p in effect.parameters:
-        values = p.grid
+        values = tuple(_scale(p, effect, linearised) * value for value in p.grid)
         if p.name == "frequency" and effect.id.endswith("_disturbance"):
             disc = 0 if effect.equation == "upper" else 1
             values = tuple(sorted({*values, *_frequencies(linearised, disc)}))
@@ -42,7 +47,7 @@ def grid_of(effect: Effect, linearised: Linearised) -> list[FloatArray]:
         if p.name == "level":
             # A limit just below the highest voltage clips little, and little else shows it.
             top = max(float(np.abs(k.motion.u).max()) for k in linearised.known)
-            shares = _TOPS if top < 2.0 * max(p.grid) else (*_WIDE, *_TOPS)
+            shares = _TOPS if top < 2.0 * max(values) else (*_WIDE, *_TOPS)
             values = tuple(sorted({*values, *(share * top for share in shares)}))
         if p.name == "back_emf":
             # What brakes the upper disc may be the motor's back EMF wholly, or in part.
@@ -52,6 +57,33 @@ def grid_of(effect: Effect, linearised: Linearised) -> list[FloatArray]:
             values = tuple(np.arange(0.02, 0.99, 0.03) * end)
         axes.append(values)
     return [np.array(point) for point in itertools.product(*axes)]
+
+
+def _scale(p: EffectParameter, effect: Effect, linearised: Linearised) -> float:
+    """Factor by which recordings are larger than those that the grids were declared for.
+
+    Within the factor 2 that a grid's points are apart, or more, nothing is gained by it.
+    """
+    motions = [k.motion for k in linearised.known]
+    if p.role != "shape":
+        return 1.0
+    if p.unit in ("V", "V/s"):
+        size = max(float(np.abs(m.u).max()) for m in motions) / _DECLARED_FOR["voltage"]
+    elif p.unit == "rad/s":
+        disc = 1 if effect.equation == "lower" or effect.id.endswith("_lower") else 0
+        size = _usual_size(motions, 1 + disc) / _DECLARED_FOR[("omega_u", "omega_l")[disc]]
+    elif p.unit == "Nm/rad":
+        size = linearised.fit.rig.Jl / Rig().Jl
+    elif p.unit == "rad" and effect.component == "string":
+        size = _usual_size(motions, 0) / _DECLARED_FOR["twist"]
+    else:
+        return 1.0
+    return size if abs(np.log2(max(size, 1e-12))) > 1.0 else 1.0
+
+
+def _usual_size(motions: Sequence[Motion], column: int) -> float:
+    """Of a state, hardly exceeded."""
+    return max(float(np.percentile(np.abs(m.states[:, column]), 95)) for m in motions)
 
 
 def _frequencies(linearised: Linearised, disc: int) -> list[float]:

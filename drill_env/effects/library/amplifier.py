@@ -35,7 +35,7 @@ def actuator_lag(p, e, s, out):
 @actuator(
     "voltage",
     "The amplifier ignores small voltages.",
-    shape("width", "V", _WIDTHS, low=0.0001, high=10.0),
+    shape("width", "V", _WIDTHS, low=0.0001, high=10000.0),
     switches=2,
     neighbours=("upper_stribeck", "gear_backlash"),
 )
@@ -47,7 +47,7 @@ def amplifier_deadzone(p, e, s, out):
 @actuator(
     "voltage",
     "The amplifier delivers no more than a limit.",
-    shape("level", "V", _LEVELS, low=0.05, high=100.0),
+    shape("level", "V", _LEVELS, low=0.001, high=100000.0),
     switches=2,
     neighbours=("supply_sag", "slew_limit"),
 )
@@ -71,8 +71,8 @@ def coasting(p, e, s, out):
 @actuator(
     "voltage",
     "The drive limits its current, and the motor's torque with it.",
-    shape("level", "V", (0.6, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5), low=0.02, high=200.0),
-    shape("back_emf", "V s/rad", (0.25, 0.5), low=0.0, high=100.0),
+    shape("level", "V", (0.6, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5), low=0.001, high=100000.0),
+    shape("back_emf", "V s/rad", (0.25, 0.5), low=0.0, high=10000.0),
     switches=2,
     neighbours=("amplifier_saturation", "supply_sag", "motor_heating"),
 )
@@ -117,7 +117,7 @@ _SOON = 5e-3
 @actuator(
     "voltage",
     "The amplifier changes its voltage no faster than a limit.",
-    shape("rate", "V/s", _RATES, low=0.1, high=100000.0),
+    shape("rate", "V/s", _RATES, low=0.001, high=1e7),
     states=1,
     switches=1,
     neighbours=("actuator_lag", "input_delay"),
@@ -153,7 +153,7 @@ def slew_limit(p, e, s, out):
 @actuator(
     "voltage",
     "The drive gives way little by little as it comes to its limit, as iron saturates.",
-    shape("level", "V", (1.0, 2.0, 3.0, 4.0, 5.0), low=0.05, high=1000.0),
+    shape("level", "V", (1.0, 2.0, 3.0, 4.0, 5.0), low=0.001, high=100000.0),
     shape("softness", "1", (0.5, 0.2), low=0.02, high=2.0),
     switches=1,
     neighbours=("amplifier_saturation", "supply_sag"),

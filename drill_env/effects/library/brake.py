@@ -94,7 +94,7 @@ def lower_asymmetry(p, e, s, out):
     "omega_l",
     "The brake grips harder near rest, and gives way with the square of speed.",
     amplitude("torque", "Nm", 0.001, most=HEAVIEST, signed=False),
-    shape("velocity", "rad/s", (0.03, 0.1, 0.3, 0.6, 1.2, 2.5), low=0.001, form=0.02, high=20.0),
+    shape("velocity", "rad/s", (0.03, 0.1, 0.3, 0.6, 1.2, 2.5), low=0.001, form=0.02, high=1000.0),
     neighbours=("lower_stribeck", "dwell_stiction", "friction_lag"),
     source="Armstrong-Helouvry, Control of Machines with Friction (1991)",
     at_rest=True,
@@ -109,7 +109,7 @@ def lower_gaussian_stribeck(p, e, s, out):
     "omega_l",
     "The brake grips harder near rest than the law says.",
     amplitude("torque", "Nm", 0.001, most=HEAVIEST, signed=False),
-    shape("velocity", "rad/s", (0.02, 0.05, 0.1, 0.2, 0.4, 0.8), low=0.001, form=0.02, high=20.0),
+    shape("velocity", "rad/s", (0.02, 0.05, 0.1, 0.2, 0.4, 0.8), low=0.001, form=0.02, high=1000.0),
     neighbours=("lower_gaussian_stribeck", "dwell_stiction", "friction_lag"),
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994)",
     at_rest=True,
@@ -140,7 +140,7 @@ def presliding(p, e, s, out):
 @lower(
     "theta_l",
     "The brake's contact is a spring that yields, as stiff at every speed (LuGre).",
-    shape("stiffness", "Nm/rad", (0.5, 1.0, 2.0, 4.0, 8.0, 16.0), low=0.01, high=1000.0),
+    shape("stiffness", "Nm/rad", (0.5, 1.0, 2.0, 4.0, 8.0, 16.0), low=1e-6, high=1e7),
     formula="sign(omega_l) T_l - F, dF/dt = stiffness (omega_l - |omega_l| F/g), "
     "g = T_l, at least Tsl/10",
     states=1,

@@ -73,7 +73,7 @@ def encoder_gain_lower(p, e, s, out):
     "omega_l",
     "The lower encoder loses counts when it turns fast.",
     amplitude("share", "1", 0.001, most=0.5, signed=False),
-    shape("speed", "rad/s", (2.0, 4.0, 6.0, 8.0, 10.0), low=0.0, high=100.0),
+    shape("speed", "rad/s", (2.0, 4.0, 6.0, 8.0, 10.0), low=0.0, high=10000.0),
     states=1,
     switches=2,
     neighbours=("encoder_gain_lower",),
@@ -89,7 +89,7 @@ def missed_counts_lower(p, e, s, out):
     "omega_u",
     "The upper encoder loses counts when it turns fast.",
     amplitude("share", "1", 0.001, most=0.5, signed=False),
-    shape("speed", "rad/s", (2.0, 4.0, 6.0, 8.0, 10.0), low=0.0, high=100.0),
+    shape("speed", "rad/s", (2.0, 4.0, 6.0, 8.0, 10.0), low=0.0, high=10000.0),
     states=1,
     switches=2,
 )

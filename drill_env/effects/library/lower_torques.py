@@ -83,7 +83,7 @@ def unbalance(p, e, s, out):
     "omega_l",
     "Near a critical speed the string whirls, and its orbit drags.",
     amplitude("torque", "Nm", 0.0005, most=HEAVIEST, signed=False),
-    shape("speed", "rad/s", (3.0, 5.0, 6.5, 8.0, 10.0, 13.0), low=0.2, high=100.0),
+    shape("speed", "rad/s", (3.0, 5.0, 6.5, 8.0, 10.0, 13.0), low=0.2, high=10000.0),
     # Damped more, no critical speed shows: a second-order system has a peak below 1/sqrt(2) alone.
     shape("damping", "1", (0.15, 0.4), low=0.02, high=sqrt(0.5)),
     neighbours=("quadratic_drag",),

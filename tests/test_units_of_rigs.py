@@ -1,11 +1,17 @@
-"""A rig of any size is fitted alike: the unit of torque is a convention."""
+"""A rig of any size is fitted alike: units of torque and voltage are conventions."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from drill_env import Rig
 from drill_env.diagnosis.base import base_fit
+from drill_env.diagnosis.grids import grid_of
+from drill_env.diagnosis.linearised import linearised_at
+from drill_env.effects import LIBRARY
 from drill_env.identification.noise import usual_noise
 from drill_env.identification.samples import prepare
 from tests.made_recordings import FREE, made
@@ -38,3 +44,18 @@ def test_usual_noise_accelerates_discs_alike():
     paper, other = usual_noise(Rig()), usual_noise(rig)
     assert other.torque_u / rig.Ju == pytest.approx(paper.torque_u / Rig().Ju)
     assert other.torque_l / rig.Jl == pytest.approx(paper.torque_l / Rig().Jl)
+
+
+@pytest.mark.parametrize("name", ["amplifier_saturation", "slew_limit", "soft_saturation"])
+@pytest.mark.parametrize("factor", [0.05, 200.0])
+def test_voltages_are_searched_where_the_recordings_are(name, factor):
+    recording = made(Rig(), (), (5,))
+    points = []
+    # Far from the voltages that the grids were declared for, which stay as they are.
+    for scale in (50.0, factor * 50.0):
+        rig = Rig().replace(km=Rig().km / scale)
+        one = prepare(replace(recording, u=scale * recording.u), rig)
+        points.append(np.array(grid_of(LIBRARY[name], linearised_at(*base_fit([one], rig, FREE)))))
+    own = [p.unit.startswith("V") for p in LIBRARY[name].parameters]
+    assert points[1][:, own] == pytest.approx(factor * points[0][:, own])
+    assert points[1][:, ~np.array(own)] == pytest.approx(points[0][:, ~np.array(own)])
