@@ -15,6 +15,7 @@ from benchmarks.concealed.library import (
     LIBRARY,
     LISTED_ONLY_BY_LAW,
     NEIGHBOURS,
+    STAND_INS,
     UNLISTED,
     Concealed,
 )
@@ -125,7 +126,7 @@ def _wanted(
             names = list(UNLISTED)
             return [UNLISTED[names[planned.number // 4 % len(names)]]], [20.0], {}
         name = LEAVE_OUT[(planned.number - planned.number // 4) % len(LEAVE_OUT)]
-        return [LIBRARY[name]], [ratio], {"leave_out": name}
+        return [LIBRARY[name]], [ratio], {"leave_out": " ".join((name, *STAND_INS.get(name, ())))}
     if planned.kind == "shape":
         return [], [], {"start_friction": ("coulomb", "stribeck")[planned.number % 2]}
     return [], [], {}

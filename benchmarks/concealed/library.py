@@ -232,6 +232,14 @@ LEAVE_OUT = (
     "friction_step", "quadratic_drag", "lower_disturbance", "torque_pulse",
 )  # fmt: skip
 
+STAND_INS = {
+    "torque_ripple": ("commutation_ripple",), "upper_stribeck": ("upper_gaussian_stribeck",),
+    "upper_quadratic_drag": ("upper_drag_above_speed",),
+    "string_hardening": ("string_second_spring",), "lower_stribeck": ("lower_gaussian_stribeck",),
+    "quadratic_drag": ("drag_above_speed",),
+}  # fmt: skip
+"""What the tool's library has by another law goes with them."""
+
 # Two of one group in the same rig would look like one of them.
 NEIGHBOURS = (
     frozenset({"actuator_lag", "input_delay", "slew_limit", "encoder_delay_upper",

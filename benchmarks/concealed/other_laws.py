@@ -47,10 +47,11 @@ _LAWS = (
     # ktheta hardening sign(twist) |twist|^power.
     Concealed("string_power_hardening", "string", "hardening", "rad^(1 - power)", 0.002, 0.3,
               ("twist",), {"power": "hardening_power"}, {"power": (1.4, 1.6)},
-              siblings=("string_hardening",)),
+              siblings=("string_second_spring", "string_hardening")),
     # ktheta stiffening times the twist beyond an angle, in either direction.
     Concealed("string_knee", "string", "stiffening", "1", 0.01, 0.5, ("twist",),
-              {"knee": "stiffening_from"}, {"knee": (0.7, 1.4)}, siblings=("string_hardening",)),
+              {"knee": "stiffening_from"}, {"knee": (0.7, 1.4)},
+              siblings=("string_second_spring", "string_hardening")),
     # Bouc-Wen with |z|^power: its sliders let go nearer to one another.
     Concealed("string_power_hysteresis", "string", "amplitude", "Nm", 0.002, 0.06,
               ("twist", "twist_rate"),

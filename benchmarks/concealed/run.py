@@ -46,7 +46,8 @@ def command(tool: tuple[str, ...], case: Path, out: Path) -> list[str]:
     public = case / "case.json"
     told = json.loads(public.read_text(encoding="utf-8")) if public.exists() else {}
     for name, value in told.items():
-        found += [_OPTIONS[name], value]
+        for one in value.split():
+            found += [_OPTIONS[name], one]
     return [*found, "--out", str(out)]
 
 

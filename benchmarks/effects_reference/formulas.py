@@ -136,6 +136,10 @@ def string_hardening(q: dict[str, Any], s: Sums, v: View) -> None:
     s.string += q["coefficient"] * v.x**3
 
 
+def string_second_spring(q: dict[str, Any], s: Sums, v: View) -> None:
+    s.string += q["stiffness"] * (v.x - clip(v.x, q["twist"]))
+
+
 def unbalance(q: dict[str, Any], s: Sums, v: View) -> None:
     s.torque_l += q["torque"] * cos(v.angle_l + q["phase"])
 
@@ -181,6 +185,7 @@ FORMULAS: dict[str, Callable[[dict[str, Any], Sums, View], None]] = {
         dwell_stiction, drive_braking_loss, motor_fade, upper_load_friction, upper_spring,
         friction_settling, commutation_ripple, soft_saturation, upper_gaussian_stribeck,
         lower_gaussian_stribeck, drive_speed_loss, upper_drag_above_speed, drag_above_speed,
+        string_second_spring,
     )
 }  # fmt: skip
 

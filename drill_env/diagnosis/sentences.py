@@ -8,9 +8,8 @@ from drill_env._watch import ASKED
 from drill_env.diagnosis.probability import CONFUSED
 from drill_env.diagnosis.residual_torque import PREDICTABLE
 from drill_env.diagnosis.result import DiagnosisResult, Grade, NamedEffect, Number, digits_of
+from drill_env.prediction.rule import LIKELY
 
-# Likelier than not: the finest grade that is so is the headline.
-_LIKELY = 0.5
 _PLACES = {
     "actuator": "between the voltage and the motor's torque",
     "upper": "at the upper disc and its drive",
@@ -77,7 +76,8 @@ def verdict_sentence(result: DiagnosisResult) -> str:
         beside = f", beside {_names(result)}" if result.effects else ""
         return f"Something is missing that the library has no name for{beside}."
     g = result.grades
-    if g is not None and g.family and g.law_probability < _LIKELY <= g.family_probability:
+    # The finest grade that is likelier than not.
+    if g is not None and g.family and g.law_probability < LIKELY <= g.family_probability:
         return (
             f"Physics is missing from the model: {g.family}, most probably {_names(result)}; which "
             "law it has these recordings do not tell."

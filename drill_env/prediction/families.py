@@ -44,7 +44,9 @@ FAMILIES: dict[str, tuple[str, ...]] = {
         "upper_resonator", "lower_resonator", "gear_compliance", "string_inertia",
     ),
     "play": ("gear_backlash", "string_play"),
-    "string that is not linear": ("string_hardening", "string_asymmetry"),
+    "string that is not linear": (
+        "string_hardening", "string_second_spring", "string_asymmetry",
+    ),
     "losses in the string": ("string_damping", "string_hysteresis", "string_creep"),
     "late readings": ("encoder_delay_upper", "encoder_delay_lower"),
     "readings that err with the angle": (

@@ -15,6 +15,9 @@ from drill_env.prediction.families import family_of
 CREDIBLE = 0.95
 """Probability of the names that are not ruled out."""
 
+LIKELY = 0.5
+"""Probability from which something is likelier than not."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Entrant:
@@ -87,7 +90,7 @@ def chosen(entrants: Sequence[Entrant], criteria: Criteria) -> Choice:
     that hold 95 % of the probability (`weighed`), one that most machines have is taken, or else the
     most probable one. A free shape at its component takes the place of a name if it predicts
     clearly better and the name explains less than that share; one at another component, which is
-    no curve of the name's, if the name is not among what holds 95 % beside it.
+    no curve of the name's, if it is likelier than that there is a name.
 
     Args:
         entrants: names and free shapes.
@@ -117,7 +120,8 @@ def chosen(entrants: Sequence[Entrant], criteria: Criteria) -> Choice:
     rivals = _weighed(rivals, criteria)
     taken = next(e for e in rivals if e.id == taken.id)
     elsewhere = [e for e in rivals if e.named or e.component != taken.component]
-    if taken.named and not any(e.id == taken.id for e in _credible(_weighed(elsewhere, criteria))):
+    chance = sum(e.row.weight for e in _weighed(elsewhere, criteria) if e.named)
+    if taken.named and chance < LIKELY:
         taken, share = max(rivals, key=lambda e: e.row.weight), 1.0
     weights = dict.fromkeys((e.id for e in there), 0.0) | {e.id: e.row.weight for e in rivals}
     return Choice(taken, share, _grades(taken, rivals), weights)

@@ -59,7 +59,7 @@ def string_damping(p, e, s, out):
     "twist",
     "The string stiffens with twist.",
     amplitude("coefficient", "Nm/rad^3", 0.0001, most=HEAVIEST),
-    neighbours=("string_asymmetry", "string_play"),
+    neighbours=("string_second_spring", "string_asymmetry", "string_play"),
 )
 def string_hardening(p, e, s, out):
     """-+coefficient twist^3."""
@@ -125,3 +125,16 @@ def string_inertia(p, e, s, out):
 def string_play(p, e, s, out):
     """+-ktheta clip(twist, -gap/2, gap/2)."""
     out.string -= p.ktheta * clipped(e, s, 0, s.twist, -0.5 * e.q[0], 0.5 * e.q[0])
+
+
+@string(
+    "twist",
+    "Beyond a twist a second spring comes in, as in a coupling of two stages.",
+    amplitude("stiffness", "Nm/rad", 0.005, most=HEAVIEST, signed=False),
+    shape("twist", "rad", (0.4, 0.8, 1.6, 3.0, 5.0), low=0.001, high=1000.0),
+    switches=2,
+    neighbours=("string_hardening", "string_asymmetry"),
+)
+def string_second_spring(p, e, s, out):
+    """-+stiffness (x - clip(x, -twist, twist)), x the string's own twist."""
+    out.string += e.q[0] * (s.twist - clipped(e, s, 0, s.twist, -e.q[1], e.q[1]))
