@@ -22,7 +22,7 @@ FIELDS = (
     "km", "J", "b", "coulomb", "offset", "weight", "weight_phase", "spring", "drag", "exponent",
     "stribeck", "stribeck_speed", "stribeck_power", "load", "dead", "level", "corner", "asymmetry",
     "ripple", "order", "ripple_phase", "lag", "patch", "patch_from", "patch_to", "knee",
-    "knee_speed", "weakening", "wet", "wet_phase", "stroke",
+    "knee_speed", "weakening", "wet", "wet_phase", "stroke", "play",
 )  # fmt: skip
 F = {name: place for place, name in enumerate(FIELDS)}
 KM, J, B, COULOMB = (F[name] for name in ("km", "J", "b", "coulomb"))
@@ -88,10 +88,14 @@ def run(q, u, push, dt, late):
     n, substeps = len(u), max(int(round(dt / SUBSTEP)), 1)
     out = np.zeros((n, 2))
     theta = speed = 0.0
-    lagged = 0.0
+    lagged = back = 0.0
     for i in range(n):
         out[i, 0], out[i, 1] = theta, speed
-        demand = _volts(q, u[max(i - late, 0)] if i >= late else 0.0)
+        asked = u[max(i - late, 0)] if i >= late else 0.0
+        if q[31] > 0.0:
+            back = min(max(back, asked - q[31]), asked + q[31])
+            asked = 0.5 * (asked + back)
+        demand = _volts(q, asked)
         for _ in range(substeps):
             h = dt / substeps
             if q[21] > 0.0:
@@ -161,12 +165,13 @@ DIFFERING = (
     "drag of power 1.5", "drag of power 3", "Stribeck of power 1.5", "tanh saturation",
     "damping above a speed",
 )  # fmt: skip
-UNLISTED = ("sticky sector", "pump stroke", "wet sector")
+UNLISTED = ("sticky sector", "pump stroke", "wet sector", "drive hysteresis")
 COMPONENTS = {
     "amplifier_deadzone": "actuator", "amplifier_saturation": "actuator",
     "gain_asymmetry": "actuator", "torque_ripple": "actuator", "input_delay": "actuator",
     "actuator_lag": "actuator", "encoder_eccentricity_upper": "sensor",
     "tanh saturation": "actuator", "drive_speed_loss": "actuator",
+    "drive hysteresis": "actuator",
 }  # fmt: skip
 """Where a term sits; at the axis by default."""
 SIBLINGS = {
@@ -254,6 +259,8 @@ def draw(term: str, rng: np.random.Generator) -> Axis:
     elif term == "drive_speed_loss":
         q["weakening"] = rng.uniform(0.25, 0.45) / speed
         truth = {"loss": q["weakening"]}
+    elif term == "drive hysteresis":
+        q["play"] = volts * rng.uniform(0.05, 0.12)
     elif term == "pump stroke":
         q["stroke"] = 2.0 * size
     elif term == "wet sector":

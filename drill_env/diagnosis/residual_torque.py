@@ -29,6 +29,8 @@ _LAGS: tuple[tuple[str, bool, float], ...] = (
     ("omega_l", False, 0.3), ("omega_l", False, 3.0), ("omega_l", True, 10.0),
     ("omega_u", False, 0.3), ("twist", False, 0.3),
 )  # fmt: skip
+# Widths of play, in shares of the range, by which a drive or a string may remember where it turned.
+_PLAYS, _WIDTHS = ("voltage", "twist"), (0.03, 0.1, 0.3)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,8 +70,9 @@ class ResidualTorque:
 def residual_torque_of(latents: Sequence[Latent]) -> ResidualTorque:
     """How well the latent torques of each recording are predicted from the others'.
 
-    Gradient-boosted trees learn them as a function of time, voltage, angles, twist, speeds and
-    lagged values of these. No acceleration is among them: the torque itself accelerates the disc.
+    Gradient-boosted trees learn them as a function of time, voltage, angles, twist, speeds, lagged
+    values of these and what play leaves of them. No acceleration is among them: the torque itself
+    accelerates the disc.
 
     Args:
         latents: of all recordings.
@@ -90,7 +93,7 @@ def share_by(name: str, latents: Sequence[Latent], values: Sequence[FloatArray])
         latents: of all recordings.
         values: torques, Nm, of shape (n,) each.
     """
-    return share_of([np.column_stack(_told(name, one.motion)) for one in latents], values)
+    return share_of([features_of(name, one.motion) for one in latents], values)
 
 
 def share_of(known: Sequence[FloatArray], values: Sequence[FloatArray]) -> float:
@@ -135,20 +138,33 @@ def _groups(lengths: Sequence[int]) -> IntArray:
 
 def motion_features(motion: Motion) -> FloatArray:
     """What a residual is learnt from, a row for each of the motion."""
-    columns = [column for name in COORDINATES for column in _told(name, motion)]
-    columns += [COORDINATES[name](motion) for name in ("theta_u", "theta_l")]
-    for name, sizes, constant in _LAGS:
-        values = COORDINATES[name](motion)
-        columns.append(_lagged(motion, np.abs(values) if sizes else values, constant))
+    return np.hstack([features_of(name, motion) for name in COORDINATES])
+
+
+def features_of(name: str, motion: Motion) -> FloatArray:
+    """What is learnt from of one coordinate: itself, where in its turn it is, and its past."""
+    values = COORDINATES[name](motion)
+    columns = [values]
+    if name.startswith("theta"):
+        columns += [wave(order * values) for order in _HARMONICS for wave in (np.sin, np.cos)]
+    for other, sizes, constant in _LAGS:
+        if other == name:
+            columns.append(_lagged(motion, np.abs(values) if sizes else values, constant))
+    if name in _PLAYS:
+        columns += [_beyond_play(values, share * float(np.ptp(values))) for share in _WIDTHS]
     return np.column_stack(columns)
 
 
-def _told(name: str, motion: Motion) -> list[FloatArray]:
-    """A coordinate as the trees are given it, an angle by where in its turn it is."""
-    values = COORDINATES[name](motion)
-    if not name.startswith("theta"):
-        return [values]
-    return [wave(order * values) for order in _HARMONICS for wave in (np.sin, np.cos)]
+def _beyond_play(values: FloatArray, width: float) -> FloatArray:
+    """How far values are from what follows them with play, the operator of Prandtl (1928).
+
+    It tells from which side they came, however long ago that was.
+    """
+    out, there = np.empty(len(values)), float(values[0])
+    for i, value in enumerate(values.tolist()):
+        there = min(max(there, value - width), value + width)
+        out[i] = value - there
+    return out
 
 
 def _lagged(motion: Motion, values: FloatArray, constant: float) -> FloatArray:

@@ -220,6 +220,12 @@ def sentences_by_prediction(result: DiagnosisResult) -> list[str]:
                 f"{g.law} explains {g.share:.0%} of what the best free function of one "
                 "coordinate explains."
             )
+    elif result.located is not None:
+        lines.append(
+            "No effect of the library and no function of one coordinate predicts unseen recordings "
+            "better. But boosted trees predict a part of the error over 0.1 s from the motion and "
+            f"its past, most of it from {result.located.depends_on}."
+        )
     lines += [_effect(effect) for effect in result.effects]
     if result.shape is not None:
         what = "what these leave" if result.effects else "it"

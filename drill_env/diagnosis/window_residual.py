@@ -6,8 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from drill_env._types import FloatArray
-from drill_env.diagnosis.residual_torque import PREDICTABLE, motion_features, share_of
+from drill_env._types import FloatArray, IntArray
+from drill_env.diagnosis.residual_torque import (
+    PREDICTABLE,
+    features_of,
+    motion_features,
+    share_of,
+)
+from drill_env.diagnosis.shapes import COORDINATES
 from drill_env.prediction.cut import Cut, cut
 from drill_env.prediction.fit import Fit
 
@@ -32,16 +38,44 @@ def share_removed(before: Fit, after: Fit, cuts: Sequence[Cut]) -> float:
     return 1.0 - square / max(_predictable(before, cuts)[1], 1e-300)
 
 
+def coordinate_of(fit: Fit, cuts: Sequence[Cut]) -> str:
+    """The coordinate that alone predicts most of the error of short predictions, if any does.
+
+    Args:
+        fit: of the rig alone.
+        cuts: all recordings.
+
+    Returns:
+        Its name, empty where hardly anything is predictable.
+    """
+    if _predictable(fit, cuts)[0] < PREDICTABLE:
+        return ""
+    pairs = [(one.windows.motion, *_short(fit, one)) for one in cuts]
+    # Windows are sparse, so their motion is taken at their middles.
+    shares = {
+        name: share_of(
+            [features_of(name, motion)[rows] for motion, rows, _ in pairs],
+            [errors for _, _, errors in pairs],
+        )
+        for name in COORDINATES
+    }  # fmt: skip
+    return max(shares, key=lambda name: shares[name])
+
+
 def _predictable(fit: Fit, cuts: Sequence[Cut]) -> tuple[float, float]:
     """Share of the errors' squares that is predicted, and how much that is, rad^2."""
     pairs = [_short(fit, one) for one in cuts]
+    known = [
+        motion_features(one.windows.motion)[rows]
+        for one, (rows, _) in zip(cuts, pairs, strict=True)
+    ]
     errors = [e for _, e in pairs]
-    share = share_of([known for known, _ in pairs], errors)
+    share = share_of(known, errors)
     return share, max(share, 0.0) * float(np.mean(np.concatenate(errors) ** 2))
 
 
-def _short(fit: Fit, one: Cut) -> tuple[FloatArray, FloatArray]:
-    """What is known in the middle of each short window of a recording, and its error, rad."""
+def _short(fit: Fit, one: Cut) -> tuple[IntArray, FloatArray]:
+    """The row in the middle of each short window of a recording, and its error, rad."""
     rig, shift = fit.rig, float(fit.vector[-1])
     criteria, motion = fit.setting.criteria, one.windows.motion
     ahead = criteria.leads[0] * criteria.horizons[0]
@@ -49,4 +83,4 @@ def _short(fit: Fit, one: Cut) -> tuple[FloatArray, FloatArray]:
     short = cut(one.samples, motion, rig, np.array([ahead]), pulled=pulled)
     short = short.begun(one.width, rig, shift)
     middle = (short.windows.starts + short.windows.rows[:, -1]) // 2
-    return motion_features(motion)[middle], short.errors(rig, shift)[:, -1, 0]
+    return middle, short.errors(rig, shift)[:, -1, 0]
