@@ -87,6 +87,7 @@ def test_evidence_is_that_of_the_fitted_and_then_of_the_unseen_recordings():
         (14.0, 0.0, False),  # a trace
         (10.0, 10.0, True),
         (300.0, -30.0, False),  # held-out recordings contradict it
+        (-2.0, 40.0, False),  # the fitted ones do not ask for it
     ],
 )
 def test_a_trace_or_what_bends_to_the_fitted_recordings_is_none(told, unseen, stands):

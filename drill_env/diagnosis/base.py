@@ -13,7 +13,7 @@ from drill_env.diagnosis.extended import evaluate, motion_of
 from drill_env.diagnosis.faults import clock_jitter
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import with_new_motions
-from drill_env.diagnosis.joint import descend_jointly
+from drill_env.diagnosis.joint import descend_jointly, polished
 from drill_env.diagnosis.rig_coordinates import RigCoordinates
 from drill_env.identification.coordinates import Coordinates
 from drill_env.identification.noise import usual_noise
@@ -48,8 +48,9 @@ def base_fit(
         # The first motion was told without them.
         here = with_new_motions(plain, here)
     here = descend_jointly(plain, here, limit=_ROUNDS, enough=1.0, only=None)
-    setting = replace(setting, wide=here.noise)
-    return setting, with_new_motions(setting, here)
+    # What a candidate is compared with has come to its end, too, or any one would gain.
+    here = polished(setting, with_new_motions(setting, here))
+    return replace(setting, wide=here.noise), here
 
 
 def cleaned_base(

@@ -193,8 +193,9 @@ class _Judge:
             attempt.term.id, gain, error, z, (told, unseen), len(attempt.term.q), each,
             recordings=tuple(self.marks()),
         )  # fmt: skip
-        # What scatter may do is no contradiction.
-        borne = unseen > -max(self.criteria.gain, self.criteria.z * error)
+        # What scatter may do is no contradiction. But what those that it was fitted to do not ask
+        # for at all is nothing that others could bear out.
+        borne = unseen > -max(self.criteria.gain, self.criteria.z * error) and told > 0.0
         return row, borne and not at_range_end(attempt.term)
 
     def climbed(self, found: Found, taken: Attempt, table: Weighed) -> Fit:
