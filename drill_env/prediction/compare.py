@@ -76,8 +76,8 @@ def z_of(windows: FloatArray, recordings: Sequence[int]) -> float:
 
     Beside one window that a model predicts far better, the standard error makes nothing of all the
     others, so the sum also stands where its signs alone are as clear (`randomisation.py`). On
-    normal, heavy-tailed and skewed chance alike the larger of the two errs no more often than the
-    first does on normal chance.
+    normal and heavy-tailed chance the larger of the two errs no more often than the first does on
+    normal chance.
 
     Args:
         windows: gain of each, nats, shape (w,).
