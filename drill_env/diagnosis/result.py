@@ -160,7 +160,8 @@ class Prediction:
         gain: log density of all unseen windows less that of the model without it, nats; of a whole
             rig the evidence of all recordings.
         standard_error: of the gain, or of its held-out part.
-        z: their ratio, 0 where there is no scatter.
+        z: standard deviations that it is off chance, by that error or by the signs of its parts; 0
+            where there is no scatter.
         by_lead: the gain at each lead; of a whole rig that of fitted and of held-out recordings.
         numbers: how many it has.
         weight: its probability among those that are listed, 0 if it is not.
