@@ -24,7 +24,7 @@ from drill_env.diagnosis.result import (
     Verdict,
 )
 from drill_env.diagnosis.sentences import sentences_by_prediction
-from drill_env.diagnosis.window_residual import coordinate_of, share_removed
+from drill_env.diagnosis.window_residual import left_predictable, share_removed
 from drill_env.effects import LIBRARY
 from drill_env.prediction.candidate import Candidate
 from drill_env.prediction.decide import Choice, Tried
@@ -58,12 +58,13 @@ def answer_by_prediction(
         errors["explained"] = share
         if share < fold.setting.criteria.share:
             standing = list(filter(_common, standing))
-    alone = "" if kept else coordinate_of(after, (*fold.setting.cuts, *fold.unseen))
+    if not kept:
+        errors |= left_predictable(after, (*fold.setting.cuts, *fold.unseen))
     effects = [_effect(c, after, i, spread) for i, c in enumerate(kept) if c in standing]
     last = kept[-1] if kept and not kept[-1].named else None
     changed = _changes(after, spread)
     verdict: Verdict = "consistent"
-    if last is not None or alone or len(standing) < len(named):
+    if last is not None or len(standing) < len(named):
         verdict = "unexplained"
     elif named:
         verdict = "missing_physics"
@@ -72,8 +73,7 @@ def answer_by_prediction(
     first = kept[0] if kept else None
     shape = _shape(last.chosen, after) if last is not None and last.chosen is not None else None
     result = DiagnosisResult(
-        verdict, _nameless(alone) if first is None else _located(first), effects,
-        _alternatives(first), shape,
+        verdict, None if first is None else _located(first), effects, _alternatives(first), shape,
         changed, errors, {}, _far_off(after), [], None,
         {
             "fit": [c.samples.recording.source for c in fold.setting.cuts],
@@ -146,15 +146,6 @@ def _located(choice: Choice) -> Located:
         candidate.component, _equation(candidate), candidate.depends_on, "", [], {}, None, None,
         {"upper": 0.0, "lower": 0.0}, {"upper": 0.0, "lower": 0.0},
     )  # fmt: skip
-
-
-def _nameless(coordinate: str) -> Located | None:
-    """Of what only the trees see; empty where they see nothing."""
-    if not coordinate:
-        return None
-    component = "actuator" if coordinate == "voltage" else "upper"
-    nothing = {"upper": 0.0, "lower": 0.0}
-    return Located(component, "upper", coordinate, "", [], {}, None, None, nothing, dict(nothing))
 
 
 def _equation(candidate: Candidate) -> str:

@@ -29,8 +29,8 @@ _LAGS: tuple[tuple[str, bool, float], ...] = (
     ("omega_l", False, 0.3), ("omega_l", False, 3.0), ("omega_l", True, 10.0),
     ("omega_u", False, 0.3), ("twist", False, 0.3),
 )  # fmt: skip
-# Widths of play, in shares of the range, by which a drive or a string may remember where it turned.
-_PLAYS, _WIDTHS = ("voltage", "twist"), (0.03, 0.1, 0.3)
+# Widths of play, in shares of the voltage's range, by which a drive may remember where it turned.
+_WIDTHS = (0.03, 0.1, 0.3)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -150,7 +150,7 @@ def features_of(name: str, motion: Motion) -> FloatArray:
     for other, sizes, constant in _LAGS:
         if other == name:
             columns.append(_lagged(motion, np.abs(values) if sizes else values, constant))
-    if name in _PLAYS:
+    if name == "voltage":
         columns += [_beyond_play(values, share * float(np.ptp(values))) for share in _WIDTHS]
     return np.column_stack(columns)
 

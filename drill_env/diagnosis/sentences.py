@@ -220,12 +220,6 @@ def sentences_by_prediction(result: DiagnosisResult) -> list[str]:
                 f"{g.law} explains {g.share:.0%} of what the best free function of one "
                 "coordinate explains."
             )
-    elif result.located is not None:
-        lines.append(
-            "No effect of the library and no function of one coordinate predicts unseen recordings "
-            "better. But boosted trees predict a part of the error over 0.1 s from the motion and "
-            f"its past, most of it from {result.located.depends_on}."
-        )
     lines += [_effect(effect) for effect in result.effects]
     if result.shape is not None:
         what = "what these leave" if result.effects else "it"
@@ -245,6 +239,12 @@ def sentences_by_prediction(result: DiagnosisResult) -> list[str]:
         named = ", ".join(f"{a.id} ({a.probability:.2f})" for a in rivals[:3])
         lines.append(f"These recordings do not rule out {named}.")
     lines += _nearer(result)
+    if "predictable" in result.fit:
+        lines.append(
+            "Nothing on offer predicts better. But of what is left of the error over 0.1 s boosted "
+            f"trees predict {result.fit['predictable']:.0%} from the motion and its past, most of "
+            f"it from {result.fit['predictable_from']}: a law is not quite right."
+        )
     return lines + result.faults
 
 

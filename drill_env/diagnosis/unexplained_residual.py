@@ -21,6 +21,7 @@ from drill_env.diagnosis.residual_torque import (
 from drill_env.diagnosis.rounds import Found, is_named
 from drill_env.diagnosis.shapes import COORDINATES, Place, plain_shape
 from drill_env.diagnosis.terms import Term
+from drill_env.identification.noise_fit import torques_told
 from drill_env.prediction.criteria import Criteria
 
 _DISCS: tuple[Place, Place] = ("upper", "lower")
@@ -110,10 +111,11 @@ def _latents(setting: Setting, fit: Fit, judged: Sequence[Judged]) -> list[Laten
 
     Lost counts are placed in the fitted ones alone.
     """
-    seen = [Latent(*remaining(samples, setting, fit)) for samples in setting.samples]
-    if any(isinstance(term.source, LostCounts) for term in fit.terms):
-        return seen
-    return [*seen, *(Latent(one.motion, one.torques) for one in judged)]
+    told = torques_told(fit.noise, fit.rig)
+    found = [remaining(samples, setting, fit) for samples in setting.samples]
+    if not any(isinstance(term.source, LostCounts) for term in fit.terms):
+        found += [(one.motion, one.torques) for one in judged]
+    return [Latent(motion, torques * told) for motion, torques in found]
 
 
 def _told(found: Found, latents: Sequence[Latent]) -> Found:

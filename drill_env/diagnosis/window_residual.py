@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -38,18 +39,20 @@ def share_removed(before: Fit, after: Fit, cuts: Sequence[Cut]) -> float:
     return 1.0 - square / max(_predictable(before, cuts)[1], 1e-300)
 
 
-def coordinate_of(fit: Fit, cuts: Sequence[Cut]) -> str:
-    """The coordinate that alone predicts most of the error of short predictions, if any does.
+def left_predictable(fit: Fit, cuts: Sequence[Cut]) -> dict[str, Any]:
+    """What is predictable of the error of short predictions where nothing was found.
 
     Args:
         fit: of the rig alone.
         cuts: all recordings.
 
     Returns:
-        Its name, empty where hardly anything is predictable.
+        `predictable`, its share, and `predictable_from`, the coordinate that alone predicts most,
+        with its past; nothing where hardly anything is.
     """
-    if _predictable(fit, cuts)[0] < PREDICTABLE:
-        return ""
+    share = _predictable(fit, cuts)[0]
+    if share < PREDICTABLE:
+        return {}
     pairs = [(one.windows.motion, *_short(fit, one)) for one in cuts]
     # Windows are sparse, so their motion is taken at their middles.
     shares = {
@@ -59,7 +62,8 @@ def coordinate_of(fit: Fit, cuts: Sequence[Cut]) -> str:
         )
         for name in COORDINATES
     }  # fmt: skip
-    return max(shares, key=lambda name: shares[name])
+    best = max(shares, key=lambda name: shares[name])
+    return {"predictable": share, "predictable_from": best}
 
 
 def _predictable(fit: Fit, cuts: Sequence[Cut]) -> tuple[float, float]:

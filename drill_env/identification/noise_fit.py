@@ -73,6 +73,15 @@ def noise_step(
     return NoiseModel.from_vector(np.clip(logs, _FLOORS + size, _CEILINGS + size))
 
 
+def torques_told(noise: NoiseModel, rig: Rig) -> FloatArray:
+    """1 for each disc whose torque is above the floor of its size, else 0; shape (2,).
+
+    At the floor, as in a simulation without noise, a smoothed torque is rounding.
+    """
+    floors = _FLOORS[:2] + usual_noise(rig).vector()[:2]
+    return (noise.vector()[:2] > floors + math.log(2.0)).astype(np.float64)
+
+
 def told(recordings: Sequence[Samples], *, torques: bool = True) -> IntArray:
     """Places, in the order of `NoiseModel`, of the values that recordings can tell."""
     with_velocities = [s for s in recordings if s.angles.shape[1] > 2]
