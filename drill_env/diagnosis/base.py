@@ -48,8 +48,12 @@ def base_fit(
         # The first motion was told without them.
         here = with_new_motions(plain, here)
     here = descend_jointly(plain, here, limit=_ROUNDS, enough=1.0, only=None)
-    # What a candidate is compared with has come to its end, too, or any one would gain.
-    here = polished(setting, with_new_motions(setting, here))
+    here = with_new_motions(setting, here)
+    # What a candidate is compared with has come to its end, too, or any one would gain. But what is
+    # missing would pose as slow noise the more.
+    there, usual = polished(setting, here), usual_noise(rig)
+    slow = there.noise.tau_u > usual.tau_u or there.noise.tau_l > usual.tau_l
+    here = here if slow else there
     return replace(setting, wide=here.noise), here
 
 
