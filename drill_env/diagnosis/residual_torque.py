@@ -29,7 +29,8 @@ _LAGS: tuple[tuple[str, bool, float], ...] = (
     ("omega_l", False, 0.3), ("omega_l", False, 3.0), ("omega_l", True, 10.0),
     ("omega_u", False, 0.3), ("twist", False, 0.3),
 )  # fmt: skip
-# Widths of play, in shares of the voltage's range, by which a drive may remember where it turned.
+# Widths of play, in shares of the voltage's range, by which a drive may remember where it turned:
+# even in the logarithm, not derived; trees interpolate between them.
 _WIDTHS = (0.03, 0.1, 0.3)
 
 

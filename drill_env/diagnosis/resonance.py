@@ -15,7 +15,7 @@ from drill_env.diagnosis.terms import Named, Term
 
 _NUMBERS = ("frequency", "damping")
 _REACH = 0.4
-# Frequencies tried on either side.
+# Frequencies tried on either side: 5 % apart; at 10 % the rig followed past a little damped peak.
 _TRIED = 8
 _ROUNDS, _STEPS = 2, 10
 

@@ -26,7 +26,7 @@ def sentences(
 
     Args:
         result: of the diagnosis.
-        rejected: names that were given up.
+        rejected: names that were rejected.
         reason: why.
         looked: whether effects were looked for at all.
     """

@@ -81,7 +81,7 @@ def effect_rows(numbers: Mapping[str, Number]) -> list[dict[str, str]]:
 
 
 def ranking_rows(found: Round, of: Found) -> list[dict[str, Any]]:
-    """Candidates of one round of a search, most probable first, those that were given up last."""
+    """Candidates of one round of a search, most probable first, rejected ones last."""
     names, rejected = {term.id for term in of.final.terms}, of.rejected
     nothing = 0.0 if found.weights else 1.0 - UNLISTED
     rows = [{"id": _NOTHING, "what": "the model as it is", "chance": nothing, "gain": ""}]
