@@ -11,7 +11,7 @@ import pytest
 from benchmarks.concealed.fields import PAPER, plant_record
 from benchmarks.concealed.signals import signal
 from drill_env import Rig
-from drill_env.diagnosis import extended, in_filter, joint
+from drill_env.diagnosis import extended, in_filter, joint, joint_noise
 from drill_env.diagnosis.applied import with_terms
 from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.extended import evaluate, whitened
@@ -221,7 +221,8 @@ def test_a_step_never_ends_where_there_are_no_slopes(monkeypatch):
         return np.full_like(whole(*given), math.nan)
 
     noise = replace(base.noise, torque_u=1.01 * base.noise.torque_u)
-    monkeypatch.setattr(joint, "value_at", lambda *point: -math.inf)
+    for module in (joint, joint_noise):
+        monkeypatch.setattr(module, "value_at", lambda *point: -math.inf)
     monkeypatch.setattr(extended, "whitened", broken)
-    assert joint._with_noise(setting, base, noise) is base
+    assert joint_noise.with_noise(setting, base, noise) is base
     assert joint._further(setting, base, base) is base

@@ -13,7 +13,8 @@ from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.first_look import first_look
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.joint import TORQUES, descend_jointly
+from drill_env.diagnosis.joint import descend_jointly
+from drill_env.diagnosis.joint_noise import TORQUES
 from drill_env.diagnosis.linearised import linearised_at
 from drill_env.diagnosis.rounds import NEEDED, Attempt, rigs_own
 from drill_env.diagnosis.scan import score_shapes

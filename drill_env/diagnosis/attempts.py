@@ -11,7 +11,8 @@ from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import added, with_new_motions
 from drill_env.diagnosis.in_filter import moved_in
-from drill_env.diagnosis.joint import SIZES, WORTH_A_ROUND, descend_jointly, descend_until
+from drill_env.diagnosis.joint import WORTH_A_ROUND, descend_jointly, descend_until
+from drill_env.diagnosis.joint_noise import SIZES
 from drill_env.diagnosis.resonance import resonates, retuned
 from drill_env.diagnosis.rounds import NEEDED, Attempt, Round, is_named
 from drill_env.diagnosis.terms import Named

@@ -200,7 +200,7 @@ class _Judge:
 
     def climbed(self, found: Found, taken: Attempt, table: Weighed) -> Fit:
         """The name that was taken with what stands beside it."""
-        steps = [r.before for r in found.rounds[1:]] + [found.final]
+        steps = [r.later or r.before for r in found.rounds[1:]] + [found.final]
         same = [s for s in steps if [t.id for t in s.terms] == [taken.term.id]]
         here = same[0] if same else polished(self.setting, taken.fit)
         for step in steps:
@@ -218,6 +218,8 @@ class _Judge:
             whole: evidence for the first of them, nats.
         """
         told, last = 0.5 * (here.bic - step.bic), step.terms[-1]
+        if at_range_end(last):
+            return False
         least = self.criteria.evidence
         if last.id not in [t.id for t in here.terms]:
             least = max(least, self._share(here, last) * whole)

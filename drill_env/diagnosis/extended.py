@@ -13,8 +13,10 @@ import numpy as np
 from drill_env._types import FloatArray
 from drill_env.diagnosis.applied import acting, as_heavy, effects_of, with_terms
 from drill_env.diagnosis.fit import Fit, Setting, prior, start_prior
+from drill_env.diagnosis.start_twist import by_the_offset
 from drill_env.diagnosis.terms import Named, Term, at_rest
 from drill_env.effects.along import Motion
+from drill_env.identification._filter_state import START_OFFSET
 from drill_env.identification.coordinates import solved
 from drill_env.identification.known_loads import with_added_inertia
 from drill_env.identification.noise import NoiseModel
@@ -122,6 +124,7 @@ def _part(
     path = path_of(given, rig, noise, starts, setting.robust, slopes=True)
     columns = whitened(given, setting, rig, jacobian, terms, noise, starts, path, motion)
     count = columns.shape[2]
+    by_offset = by_the_offset(given, terms, rig, noise, path, motion, len(starts))
     used = path.rows["weight"] > 0
     x, white = flat(columns, used), flat(path.rows["white"], used)
     gradient, information = x.T @ white, x.T @ x
@@ -130,6 +133,7 @@ def _part(
     steps, slopes = np.zeros_like(starts), np.zeros((*starts.shape, count))
     edges = [*samples.restarts.tolist(), len(samples.t)]
     inner_columns = path.slopes[:, :, len(SYMBOLS) :]
+    inner_columns[:, :, START_OFFSET] += by_offset
     for i in range(len(starts)):
         rows = slice(edges[i], edges[i + 1])
         here = used[rows]

@@ -4,27 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env.diagnosis.applied import with_terms
 from drill_env.diagnosis.extended import evaluate, value_at
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import with_new_motions
+from drill_env.diagnosis.joint_noise import SIZES, better_noise, still, with_noise
+from drill_env.diagnosis.start_twist import twisted_by_start
 from drill_env.diagnosis.terms import Shape, Term, at_rest
+from drill_env.effects.along import Motion
+from drill_env.identification._filter_state import START_OFFSET
 from drill_env.identification.noise import NoiseModel
-from drill_env.identification.noise_fit import noise_step
 
 _TRIES = 6
-
-# A step of the noise along its bent valley (much and slow, little and fast) may be too long.
-_HALVINGS = 4
-
-# Above what an encoder's readings show by themselves, its noise would hide missing physics.
-_MOST_ROUNDING = 2.0
 
 _LEAST_DAMPING = 1e-9
 
@@ -32,9 +27,6 @@ _LEAST_DAMPING = 1e-9
 # within the filter have such valleys. A term along the smoothed motion, which knows the future,
 # would be led to cancel what the rig's own parameters do.
 _BENT, _FURTHEST = 1e-3, 20.0
-
-SIZES, TORQUES = (0, 1), (0, 1, 2, 3)
-"""Places of the torques' sizes in a noise model, and of their sizes and correlation times."""
 
 LAST_ROUNDS = 15
 """Most rounds of a fit that is carried to its end."""
@@ -51,9 +43,6 @@ WORTH_A_ROUND = 2.0
 
 HOPE = 0.5
 """Share of what each round to come must gain on average below which a goal will not be reached."""
-
-# Change of the logarithms of a noise model that counts as none.
-_STILL = 0.03
 
 
 def _moved_terms(terms: tuple[Term, ...], step: FloatArray) -> tuple[Term, ...]:
@@ -132,7 +121,7 @@ def joint_step(
         ]
         point = (
             here.vector + step[:free], _moved_terms(here.terms, step[free:]), noise or here.noise,
-            starts, here.motions,
+            starts, _along(setting, here, starts),
         )  # fmt: skip
         try:
             # Most first tries succeed; of later ones only the value is wanted.
@@ -148,6 +137,14 @@ def joint_step(
     return here, damping
 
 
+def _along(setting: Setting, here: Fit, starts: Sequence[FloatArray]) -> list[Motion]:
+    """The motions with other starts."""
+    return [
+        twisted_by_start(s, m, new[:, START_OFFSET] - old[:, START_OFFSET])
+        for s, m, new, old in zip(setting.samples, here.motions, starts, here.starts, strict=True)
+    ]
+
+
 def _further(setting: Setting, here: Fit, there: Fit) -> Fit:
     """Where the same step leads when it is made twice as long while that gains."""
     best, value, share = None, there.value, 1.0
@@ -158,7 +155,7 @@ def _further(setting: Setting, here: Fit, there: Fit) -> Fit:
         )
         starts = [b + share * (b - a) for a, b in zip(here.starts, there.starts, strict=True)]
         vector = there.vector + share * (there.vector - here.vector)
-        point = (vector, terms, there.noise, starts, there.motions)
+        point = (vector, terms, there.noise, starts, _along(setting, there, starts))
         try:
             found = value_at(setting, *point)
         except (InputError, OverflowError, np.linalg.LinAlgError):
@@ -171,51 +168,6 @@ def _further(setting: Setting, here: Fit, there: Fit) -> Fit:
     # The slopes there may be none though the value is one.
     further = evaluate(setting, *best)
     return further if further.value < there.value else there
-
-
-def better_noise(setting: Setting, here: Fit, only: Sequence[int] | None) -> NoiseModel:
-    """One step of the noise model.
-
-    Args:
-        setting: recordings.
-        here: the point.
-        only: places of the numbers that move, `SIZES` at less than half of the work; None for all.
-    """
-    given = [
-        with_terms(s, here.terms, here.rig, m)
-        for s, m in zip(setting.samples, here.motions, strict=True)
-    ]
-    model = noise_step(
-        given, here.starts, here.rig, here.noise, robust=setting.robust,
-        only=only, known=here.traces,
-    )  # fmt: skip
-    return _bounded(setting, model)
-
-
-def _bounded(setting: Setting, model: NoiseModel) -> NoiseModel:
-    """No more noise than what is known of it.
-
-    Encoders err by their rounding. Torques that are noise under the rig alone hold all that is
-    missing, so nothing that is found may leave a slower or larger one: it would hide a rig that
-    has gone astray.
-    """
-    for name, size in setting.shown.items():
-        most = _MOST_ROUNDING * size
-        model = replace(model, **{name: min(getattr(model, name), most)})
-    if setting.wide is None:
-        return model
-    for disc in ("u", "l"):
-        names = (f"torque_{disc}", f"tau_{disc}")
-        size, time = (getattr(model, name) for name in names)
-        most, longest = (getattr(setting.wide, name) for name in names)
-        # The power at frequencies that neither resolves.
-        if size * size * time > most * most * longest:
-            model = replace(model, **dict(zip(names, (most, longest), strict=True)))
-    return model
-
-
-def _moved(one: NoiseModel, other: NoiseModel) -> float:
-    return float(np.abs(one.vector() - other.vector()).max())
 
 
 def descend_jointly(
@@ -254,34 +206,16 @@ def descend_until(
         before = here.value
         # A noise that hardly moved may rest for a round.
         noise = here.noise if settled else better_noise(setting, here, only)
-        settled = not settled and _moved(noise, here.noise) < _STILL
+        settled = not settled and still(noise, here.noise)
         there, damping = joint_step(setting, here, min(damping, 1.0), noise, 2, least=least)
         if there is here:
-            here = _with_noise(setting, here, noise)
+            here = with_noise(setting, here, noise)
             there, damping = joint_step(setting, here, min(damping, 1.0), least=least)
         here = there
         gain = before - here.value
         if gain < max(enough, HOPE * (here.value - goal) / max(left, 1)):
             return here, gain < enough
     return here, False
-
-
-def _with_noise(setting: Setting, here: Fit, noise: NoiseModel) -> Fit:
-    """The noise model moved alone, by half as much as long as the step is too long."""
-    if noise is here.noise:
-        return here
-    old = here.noise.vector()
-    step = noise.vector() - old
-    for _ in range(_HALVINGS):
-        model = NoiseModel.from_vector(old + step)
-        point = (here.vector, here.terms, model, here.starts, here.motions)
-        if value_at(setting, *point) < here.value:
-            there = evaluate(setting, *point)
-            return there if there.value < here.value else here
-        step = 0.5 * step
-        if float(np.abs(step).max()) < _STILL:
-            break
-    return here
 
 
 def polished(setting: Setting, fit: Fit) -> Fit:

@@ -21,7 +21,7 @@ _TRY_ROUNDS, _RIVAL_ROUNDS = 6, 10
 _RIVALS = 3
 
 
-def against_rivals(setting: Setting, fit: Fit, rounds: Sequence[Round]) -> Fit:
+def against_rivals(setting: Setting, fit: Fit, rounds: Sequence[Round]) -> tuple[Fit, list[Round]]:
     """Ask again, beside what was found later, whether what was found first is the right one.
 
     The last term is asked too whether it is needed: what it gained may be that the others went on.
@@ -32,13 +32,14 @@ def against_rivals(setting: Setting, fit: Fit, rounds: Sequence[Round]) -> Fit:
         rounds: in which they were found, the first one first.
 
     Returns:
-        The fit with what won. A term without which the others do as well is gone.
+        The fit with what won, and the rounds. A term without which the others do as well is gone.
+        Where they do better without it than they did before, that is what it is held against.
     """
     last = len(fit.terms) - 1
     for place in range(last):
         fewer = _without(setting, fit, place)
         if fewer.bic - fit.bic < NEEDED:
-            return fewer
+            return fewer, list(rounds)
         present = {t.id for t in fit.terms}
         rivals = [a for a in rounds[place].named if a.term.id not in present][:_RIVALS]
         if isinstance(fit.terms[place].source, LostCounts):
@@ -58,9 +59,19 @@ def against_rivals(setting: Setting, fit: Fit, rounds: Sequence[Round]) -> Fit:
             best = evaluate(setting, best.vector, order, best.noise, best.starts, best.motions)
             fit = polished(setting, best)
     if last < 1:
-        return fit
+        return fit, list(rounds)
     fewer = _without(setting, fit, last)
-    return fewer if fewer.bic - fit.bic < NEEDED else fit
+    if fewer.bic - fit.bic < NEEDED:
+        return fewer, list(rounds)
+    return fit, [_gone_on(setting, found, fewer) for found in rounds]
+
+
+def _gone_on(setting: Setting, found: Round, fewer: Fit) -> Round:
+    """A round that began with the same terms, and where these went on to."""
+    same = [t.id for t in found.before.terms] == [t.id for t in fewer.terms]
+    if not same or fewer.value > found.before.value - WORTH_A_ROUND:
+        return found
+    return replace(found, later=polished(setting, fewer))
 
 
 def at_limits(setting: Setting, fit: Fit, effects: Sequence[Effect]) -> Fit:

@@ -68,6 +68,7 @@ class Round:
         named: attempts with effects, best first.
         shapes: attempts with free shapes, best first.
         weights: probability of each attempt that all recordings ask for, once they were asked.
+        later: the same terms as before, carried on as far as what was found beside them.
     """
 
     before: Fit
@@ -75,6 +76,7 @@ class Round:
     named: tuple[Attempt, ...]
     shapes: tuple[Attempt, ...]
     weights: dict[str, float] = field(default_factory=dict)
+    later: Fit | None = None
 
     @property
     def best(self) -> Attempt | None:

@@ -26,7 +26,8 @@ from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import own_values
 from drill_env.diagnosis.grid_starts import descended, has_peaks
 from drill_env.diagnosis.in_filter import within_filter
-from drill_env.diagnosis.joint import SIZES, TORQUES, polished
+from drill_env.diagnosis.joint import polished
+from drill_env.diagnosis.joint_noise import SIZES, TORQUES
 from drill_env.diagnosis.linearised import Linearised, linearised_at
 from drill_env.diagnosis.lost_counts import broken_counts, slips
 from drill_env.diagnosis.rivals import against_rivals, at_limits
@@ -203,7 +204,8 @@ def find(
     here, rounds = _sought(setting, base, effects, most, report)
     terms = len(here.terms)
     if terms and not report("asking again what was found first"):
-        here = at_limits(setting, against_rivals(setting, here, rounds), effects)
+        here, rounds = against_rivals(setting, here, rounds)
+        here = at_limits(setting, here, effects)
     if terms > len(here.terms) == 1:
         rounds = [restated(rounds[0], here)]
     here = within_filter(setting, here, report)
