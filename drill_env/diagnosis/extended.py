@@ -13,11 +13,9 @@ import numpy as np
 from drill_env._types import FloatArray
 from drill_env.diagnosis.applied import acting, as_heavy, effects_of, with_terms
 from drill_env.diagnosis.fit import Fit, Setting, prior, start_prior
-from drill_env.diagnosis.start_twist import by_the_offset
+from drill_env.diagnosis.start_twist import by_the_offset, without_starts
 from drill_env.diagnosis.terms import Named, Term, at_rest
 from drill_env.effects.along import Motion
-from drill_env.identification._filter_state import START_OFFSET
-from drill_env.identification.coordinates import solved
 from drill_env.identification.known_loads import with_added_inertia
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.prediction_error import Path, Trace, flat, path_of, trace_of
@@ -123,41 +121,16 @@ def _part(
     given = with_terms(samples, terms, rig, motion)
     path = path_of(given, rig, noise, starts, setting.robust, slopes=True)
     columns = whitened(given, setting, rig, jacobian, terms, noise, starts, path, motion)
-    count = columns.shape[2]
-    by_offset = by_the_offset(given, terms, rig, noise, path, motion, len(starts))
     used = path.rows["weight"] > 0
     x, white = flat(columns, used), flat(path.rows["white"], used)
-    gradient, information = x.T @ white, x.T @ x
-    known = samples.spreads <= 0.0
+    by_offset = by_the_offset(given, terms, rig, noise, path, motion, len(starts))
+    left = without_starts(samples, path, starts, by_offset, columns)
+    gradient = x.T @ white - left.gradient
+    information = x.T @ x - left.information
     weights, miss = start_prior(samples, starts)
-    steps, slopes = np.zeros_like(starts), np.zeros((*starts.shape, count))
-    edges = [*samples.restarts.tolist(), len(samples.t)]
-    inner_columns = path.slopes[:, :, len(SYMBOLS) :]
-    inner_columns[:, :, START_OFFSET] += by_offset
-    for i in range(len(starts)):
-        rows = slice(edges[i], edges[i + 1])
-        here = used[rows]
-        z, w = flat(inner_columns[rows], here), flat(path.rows["white"][rows], here)
-        still = np.zeros(len(known[i]), dtype=np.bool_)
-        if edges[i + 1] - edges[i] > 1:
-            # A disc that stopped in the first interval, to rest or to turn round: no reading tells
-            # the speed that did not outlast it, and a step of it would be anything.
-            after = path.trace.state[edges[i] + 1, 1:3]
-            stopped = path.rows["stuck"][edges[i] + 1] | (starts[i, 1:3] * after < 0.0)
-            still[1:3] = ~known[i, 1:3] & stopped
-        steps[i, still] = -starts[i, still]
-        free = np.flatnonzero(~known[i] & ~still)
-        z = z[:, free]
-        inner = z.T @ z + np.diag(weights[i, free])
-        across = solved(inner, z.T @ flat(columns[rows], here))
-        pull = z.T @ w + (weights[i] * miss[i])[free]
-        steps[i, free] = solved(inner, pull)
-        slopes[i, free] = across
-        gradient = gradient - across.T @ pull
-        information = information - across.T @ inner @ across
     value = path.value + lost_value(samples, given, path.value, int(used.sum()))
     value += float(np.sum(weights * miss**2))
-    return _Part(value, gradient, information, steps, slopes, int(used.sum()), path.trace)
+    return _Part(value, gradient, information, left.steps, left.slopes, int(used.sum()), path.trace)
 
 
 def lost_value(samples: Samples, given: Samples, value: float, used: int) -> float:

@@ -10,14 +10,13 @@ import numpy as np
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
-from drill_env.diagnosis.applied import with_terms
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.extended import lost_value, motion_of
 from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.start_twist import settled_with
 from drill_env.effects.along import Motion, inner_states
 from drill_env.effects.steady import acting as acting_rig
 from drill_env.identification.known_loads import loaded
-from drill_env.identification.noise_of_recording import settled_starts
 from drill_env.identification.prediction_error import Path, path_of
 from drill_env.identification.samples import Samples
 from drill_env.identification.smoothing import smoothed
@@ -115,12 +114,11 @@ def followed(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Samp
     noise = setting.wide or fit.noise
     path = path_of(samples, fit.rig, noise, samples.starts, setting.robust)
     motion = motion_of(samples, noise, path)
-    given = samples
-    starts = samples.starts
+    given, starts = samples, samples.starts
     for _ in range(2 if fit.terms or fit.rig.effects else 1):
-        given = with_terms(samples, fit.terms, fit.rig, motion)
-        starts = settled_starts(given, fit.rig, fit.noise)
-        path = path_of(given, fit.rig, fit.noise, starts, setting.robust)
+        starts, given, path = settled_with(
+            samples, fit.terms, fit.rig, fit.noise, motion, starts, setting.robust
+        )
         motion = motion_of(given, fit.noise, path)
     return motion, given, path
 
