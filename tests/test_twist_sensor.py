@@ -102,6 +102,18 @@ def test_the_noise_itself_tells_how_the_lower_angle_was_made(from_hub: bool, cou
     assert prepare(run, LINEAR).relative == from_hub
 
 
+def test_a_clock_that_jitters_makes_no_sensor_of_the_twist() -> None:
+    """Its errors are alike in both angles where the discs turn as fast."""
+    rng = np.random.default_rng(5)
+    run = played(2, from_hub=False)
+    late = 2.5e-3 * rng.normal(size=len(run))
+    upper, lower = (
+        theta + late * np.gradient(theta, run.t) for theta in (run.theta_u, run.theta_l)
+    )
+    assert abs(np.corrcoef(np.diff(upper, 8), np.diff(lower, 8))[0, 1]) > 0.5
+    assert not made_of_twist([replace(run, theta_u=upper, theta_l=lower)])
+
+
 def test_white_noise_is_told_beside_a_resonance_and_outliers() -> None:
     rng = np.random.default_rng(3)
     t = np.arange(4000) / RATE

@@ -30,8 +30,9 @@ def made_of_twist(recordings: Sequence[Recording]) -> bool:
 
     A flexible joint's deflection is often measured from the hub. In high differences little is left
     but noise: of sensors apart, the lower one's does not follow the upper one's; of such, it does.
+    Where the clock is uncertain it does, too, but in the ratio of the speeds.
     """
-    product = square = 0.0
+    product = square = straight = timed = 0.0
     for recording in recordings:
         angles = recording.angles()
         if len(angles) < 2:
@@ -40,7 +41,18 @@ def made_of_twist(recordings: Sequence[Recording]) -> bool:
         known = np.isfinite(upper) & np.isfinite(lower)
         product += float(upper[known] @ lower[known])
         square += float(upper[known] @ upper[known])
-    return square > 0.0 and abs(product / square - 1.0) < _FOLLOWS
+        fast_u, fast_l = (
+            _turned_meanwhile(angles[name], len(upper))[known] for name in READINGS[:2]
+        )
+        straight += float(np.nansum(((lower[known] - upper[known]) * fast_u) ** 2))
+        timed += float(np.nansum((lower[known] * fast_u - upper[known] * fast_l) ** 2))
+    follows = square > 0.0 and abs(product / square - 1.0) < _FOLLOWS
+    return follows and straight <= timed
+
+
+def _turned_meanwhile(angle: FloatArray, rows: int) -> FloatArray:
+    """By how much a disc turned while each of so many high differences was taken, rad."""
+    return angle[len(angle) - rows :] - angle[:rows]
 
 
 def readings_of(
