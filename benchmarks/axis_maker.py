@@ -165,13 +165,13 @@ DIFFERING = (
     "drag of power 1.5", "drag of power 3", "Stribeck of power 1.5", "tanh saturation",
     "damping above a speed",
 )  # fmt: skip
-UNLISTED = ("sticky sector", "pump stroke", "wet sector", "drive hysteresis")
+UNLISTED = ("sticky sector", "pump stroke", "wet sector", "drive hysteresis", "hunting supply")
 COMPONENTS = {
     "amplifier_deadzone": "actuator", "amplifier_saturation": "actuator",
     "gain_asymmetry": "actuator", "torque_ripple": "actuator", "input_delay": "actuator",
     "actuator_lag": "actuator", "encoder_eccentricity_upper": "sensor",
     "tanh saturation": "actuator", "drive_speed_loss": "actuator",
-    "drive hysteresis": "actuator",
+    "drive hysteresis": "actuator", "hunting supply": "actuator",
 }  # fmt: skip
 """Where a term sits; at the axis by default."""
 SIBLINGS = {
@@ -261,6 +261,8 @@ def draw(term: str, rng: np.random.Generator) -> Axis:
         truth = {"loss": q["weakening"]}
     elif term == "drive hysteresis":
         q["play"] = volts * rng.uniform(0.05, 0.12)
+    elif term == "hunting supply":
+        q |= {"swing": rng.uniform(0.05, 0.15), "swing_hz": rng.uniform(0.5, 3.0)}
     elif term == "pump stroke":
         q["stroke"] = 2.0 * size
     elif term == "wet sector":
@@ -281,7 +283,9 @@ def recorded(axis: Axis, rng: np.random.Generator) -> dict[str, Any]:
     for i in range(1, n):
         push[i] = keep * push[i - 1] + size * math.sqrt(1.0 - keep**2) * rng.normal()
     q = np.array([axis.numbers[name] for name in FIELDS])
-    theta = run(q, u, push, dt, axis.late)[:, 0]
+    swing, turn = axis.numbers.get("swing", 0.0), 2.0 * math.pi * axis.numbers.get("swing_hz", 0.0)
+    supplied = u * (1.0 + swing * np.cos(turn * t + rng.uniform(0.0, 2.0 * math.pi)))
+    theta = run(q, supplied, push, dt, axis.late)[:, 0]
     theta = theta + axis.eccentric[0] * np.cos(theta + axis.eccentric[1])
     step = 2.0 * math.pi / axis.counts
     return {"t": t, "u": u, "theta_u": step * np.round(theta / step), "step": step}

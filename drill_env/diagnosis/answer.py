@@ -103,6 +103,13 @@ def answer(
             "holdout": [s.recording.source for s in unseen.samples],
         },
     )  # fmt: skip
+    if found.repetition is not None:
+        one = found.repetition
+        located, shape, told = one.told(found.final.rig.km if one.driven else 1.0)
+        result = replace(
+            result, verdict="unexplained", located=located, shape=shape,
+            fit={**result.fit, "repeats": told},
+        )  # fmt: skip
     return replace(
         result, sentences=sentences(result, found.rejected, found.reason, looked=bool(found.rounds))
     )

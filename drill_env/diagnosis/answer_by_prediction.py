@@ -24,7 +24,7 @@ from drill_env.diagnosis.result import (
     Verdict,
 )
 from drill_env.diagnosis.sentences import sentences_by_prediction
-from drill_env.diagnosis.window_residual import left_predictable, share_removed
+from drill_env.diagnosis.window_residual import left_predictable, left_repeating, share_removed
 from drill_env.effects import LIBRARY
 from drill_env.prediction.candidate import Candidate
 from drill_env.prediction.decide import Choice, Tried
@@ -58,8 +58,11 @@ def answer_by_prediction(
         errors["explained"] = share
         if share < fold.setting.criteria.share:
             standing = list(filter(_common, standing))
+    repeats = None
     if not kept:
         errors |= left_predictable(after, (*fold.setting.cuts, *fold.unseen))
+    if not kept and "predictable" not in errors:
+        repeats = left_repeating(after, fold.setting.cuts, fold.unseen)
     effects = [_effect(c, after, i, spread) for i, c in enumerate(kept) if c in standing]
     last = kept[-1] if kept and not kept[-1].named else None
     changed = _changes(after, spread)
@@ -82,6 +85,12 @@ def answer_by_prediction(
         _grades(first, first in standing),
         [_predictions(c, c in standing or not c.named) for c in choices],
     )  # fmt: skip
+    if repeats is not None:
+        located, shape, told = repeats.told(after.rig.km if repeats.driven else 1.0)
+        result = replace(
+            result, verdict="unexplained", located=located, shape=shape,
+            fit={**errors, "repeats": told},
+        )  # fmt: skip
     return replace(result, sentences=sentences_by_prediction(result))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.lost_counts import LostCounts
+from drill_env.diagnosis.repetition import Repetition
 from drill_env.diagnosis.residual_torque import ResidualTorque
 from drill_env.diagnosis.scan import Scored
 from drill_env.diagnosis.shapes import own_functions
@@ -100,6 +101,7 @@ class Found:
         follows: whether unseen recordings follow the rig at all, with what was found or alone.
         residual_torque: how much of the final fit's the motion predicts.
         residual_shape: the shape of that where nothing that was found accounts for it.
+        repetition: what of it repeats in time, at a phase of its own in each recording.
     """
 
     setting: Setting
@@ -112,6 +114,7 @@ class Found:
     follows: bool = True
     residual_torque: ResidualTorque | None = None
     residual_shape: Term | None = None
+    repetition: Repetition | None = None
 
     @property
     def rejected(self) -> tuple[str, ...]:

@@ -46,7 +46,7 @@ def sentences(
         lines.append(
             "Held-out recordings do not bear out the names and shapes that the fitted ones ask for."
         )
-    lines += _residual(result)
+    lines += [*_repeats(result), *_residual(result)]
     if result.verdict in ("missing_physics", "unexplained"):
         lines += _confusion(result, rejected, reason)
     lines += _gain(result)
@@ -153,6 +153,17 @@ def _residual(result: DiagnosisResult) -> list[str]:
     ]
 
 
+def _repeats(result: DiagnosisResult) -> list[str]:
+    told = result.fit.get("repeats")
+    if told is None:
+        return []
+    return [
+        f"Of the residual at the {told['disc']} disc a cosine of time explains {told['share']:.0%} "
+        "in recordings in which its frequency was not sought, with a phase of its own in each: it "
+        "comes from outside and goes on between recordings."
+    ]
+
+
 def _confusion(result: DiagnosisResult, rejected: Sequence[str], reason: str) -> list[str]:
     lines = [
         f"{a.id} was rejected as its name: {reason}."
@@ -206,6 +217,8 @@ def _gain(result: DiagnosisResult) -> list[str]:
 def sentences_by_prediction(result: DiagnosisResult) -> list[str]:
     """The same for a diagnosis that unseen windows decide."""
     lines = [verdict_sentence(result)]
+    if result.located is not None and result.grades is None:
+        lines += [*_located(result), *_repeats(result)]
     if result.located is not None and result.grades is not None:
         g = result.grades
         lines.append(

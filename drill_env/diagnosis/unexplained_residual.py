@@ -11,6 +11,7 @@ from drill_env.diagnosis.explained import ALIKE, happened_once, may_leave_more
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import Judged, remaining
 from drill_env.diagnosis.lost_counts import LostCounts
+from drill_env.diagnosis.repetition import Repetition, Residual, repetition_of
 from drill_env.diagnosis.residual_torque import (
     PREDICTABLE,
     Latent,
@@ -20,6 +21,7 @@ from drill_env.diagnosis.residual_torque import (
 )
 from drill_env.diagnosis.rounds import Found, is_named
 from drill_env.diagnosis.shapes import COORDINATES, Place, plain_shape
+from drill_env.diagnosis.strikes import Once
 from drill_env.diagnosis.terms import Term
 from drill_env.identification.noise_fit import torques_told
 from drill_env.prediction.criteria import Criteria
@@ -57,11 +59,14 @@ def with_residual_torque(
     left = residual_torque_of(latents)
     found = replace(found, residual_torque=left)
     contradicted = found.refuted is not None and found.explained == 1.0
-    if max(left.shares) < PREDICTABLE or contradicted:
-        return found
-    if not law and not found.final.terms:
-        return _told(found, latents)
     terms = found.final.terms
+    if max(left.shares) < PREDICTABLE or contradicted:
+        silent = not (law or terms or found.refuted)
+        fitted = len(found.setting.samples)
+        return replace(found, repetition=_repeats(latents, fitted)) if silent else found
+    if not law and all(isinstance(t.source, Once) for t in terms):
+        # A strike beside what the motion predicts is a piece of it.
+        return _told(replace(found, final=found.base), latents)
     if may_leave_more([t.source for t in terms]) or not (law or all(map(is_named, terms))):
         return found
     # Less may be the difference of their laws, or a second effect: a sentence says so.
@@ -116,6 +121,21 @@ def _latents(setting: Setting, fit: Fit, judged: Sequence[Judged]) -> list[Laten
     if not any(isinstance(term.source, LostCounts) for term in fit.terms):
         found += [(one.motion, one.torques) for one in judged]
     return [Latent(motion, torques * told) for motion, torques in found]
+
+
+def _repeats(latents: Sequence[Latent], fitted: int) -> Repetition | None:
+    """What repeats in time in the residual torques, at a phase of its own in each recording.
+
+    Args:
+        latents: of the fitted recordings, then of the judged ones.
+        fitted: how many were.
+    """
+    found = []
+    for disc in range(2):
+        rows = [Residual(one.motion.t, one.torques[:, disc], one.motion.u) for one in latents]
+        one = repetition_of(rows[:fitted], rows[fitted:], disc=disc, driven=disc == 0)
+        found += [one] if one else []
+    return max(found, key=lambda one: one.share, default=None)
 
 
 def _told(found: Found, latents: Sequence[Latent]) -> Found:

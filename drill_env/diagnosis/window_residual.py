@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from drill_env._types import FloatArray, IntArray
+from drill_env.diagnosis.repetition import Repetition, Residual, repetition_of
 from drill_env.diagnosis.residual_torque import (
     PREDICTABLE,
     features_of,
@@ -66,6 +67,32 @@ def left_predictable(fit: Fit, cuts: Sequence[Cut]) -> dict[str, Any]:
     return {"predictable": share, "predictable_from": best}
 
 
+def left_repeating(fit: Fit, fitted: Sequence[Cut], unseen: Sequence[Cut]) -> Repetition | None:
+    """What repeats in time in the error of short predictions where nothing was found.
+
+    Args:
+        fit: of the rig alone.
+        fitted: recordings.
+        unseen: recordings.
+    """
+    groups = [[_as_torque(fit, one) for one in group] for group in (fitted, unseen)]
+    return repetition_of(*groups, driven=True)
+
+
+def _as_torque(fit: Fit, one: Cut) -> Residual:
+    """The torque, Nm, that makes the error of each short window if it is held."""
+    middle, errors = _short(fit, one)
+    motion = one.windows.motion
+    return Residual(
+        motion.t[middle], 2.0 * fit.rig.Ju * errors / _ahead(fit) ** 2, motion.u[middle]
+    )
+
+
+def _ahead(fit: Fit) -> float:
+    criteria = fit.setting.criteria
+    return criteria.leads[0] * criteria.horizons[0]
+
+
 def _predictable(fit: Fit, cuts: Sequence[Cut]) -> tuple[float, float]:
     """Share of the errors' squares that is predicted, and how much that is, rad^2."""
     pairs = [_short(fit, one) for one in cuts]
@@ -81,10 +108,8 @@ def _predictable(fit: Fit, cuts: Sequence[Cut]) -> tuple[float, float]:
 def _short(fit: Fit, one: Cut) -> tuple[IntArray, FloatArray]:
     """The row in the middle of each short window of a recording, and its error, rad."""
     rig, shift = fit.rig, float(fit.vector[-1])
-    criteria, motion = fit.setting.criteria, one.windows.motion
-    ahead = criteria.leads[0] * criteria.horizons[0]
-    pulled = one.lower is not None
-    short = cut(one.samples, motion, rig, np.array([ahead]), pulled=pulled)
+    motion, pulled = one.windows.motion, one.lower is not None
+    short = cut(one.samples, motion, rig, np.array([_ahead(fit)]), pulled=pulled)
     short = short.begun(one.width, rig, shift)
     middle = (short.windows.starts + short.windows.rows[:, -1]) // 2
     return middle, short.errors(rig, shift)[:, -1, 0]
