@@ -204,6 +204,14 @@ def test_a_point_without_slopes_has_no_likelihood(monkeypatch):
     assert there.value == math.inf
 
 
+def test_a_point_whose_likelihood_is_no_number_has_none(monkeypatch):
+    """Sorted first among attempts, it ended a diagnosis of an arm's joint in a traceback."""
+    setting, base = setting_of(played("gear_compliance"))
+    monkeypatch.setattr(extended, "lost_value", lambda *given: math.nan)
+    there = evaluate(setting, base.vector, (), base.noise, base.starts, base.motions)
+    assert there.value == math.inf
+
+
 def test_a_fit_stays_where_the_filter_breaks_down_along_its_own_motion(monkeypatch):
     setting, base = setting_of(played("gear_compliance"))
     monkeypatch.setattr(

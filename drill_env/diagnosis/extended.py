@@ -159,7 +159,7 @@ def evaluate(
     gradient = np.sum([p.gradient for p in parts], axis=0) + weight * miss
     information = np.sum([p.information for p in parts], axis=0) + np.diag(weight)
     value = sum(p.value for p in parts) + float(weight @ miss**2)
-    if not (np.isfinite(gradient).all() and np.isfinite(information).all()):
+    if not all(np.isfinite(found).all() for found in (gradient, information, value)):
         # Where the filter breaks down there is no way on.
         value = math.inf
     return Fit(
