@@ -62,6 +62,12 @@ def test_what_repeats_in_the_fitted_recordings_alone_is_chance() -> None:
     assert repetition_of(swinging[:3], still[3:], driven=True) is None
 
 
+def test_a_gap_of_years_is_not_filled() -> None:
+    every = residuals(1, 0.1, 1.5, False)
+    late = [Residual(np.where(e.t > 20.0, e.t + 1e9, e.t), e.values, e.drive) for e in every]
+    assert repetition_of(late[:3], late[3:], driven=True) is None
+
+
 def test_a_supply_that_hunts_is_told_of_an_axis() -> None:
     """No function of time or motion that some recordings teach foresees it in others."""
     axis = draw("hunting supply", np.random.default_rng(3))

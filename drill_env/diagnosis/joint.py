@@ -16,8 +16,8 @@ from drill_env.diagnosis.joint_noise import SIZES, better_noise, still, with_noi
 from drill_env.diagnosis.start_twist import twisted_by_start
 from drill_env.diagnosis.terms import Shape, Term, at_rest
 from drill_env.effects.along import Motion
-from drill_env.identification._filter_state import START_OFFSET
 from drill_env.identification.noise import NoiseModel
+from drill_env.identification.samples import OFFSET
 
 _TRIES = 6
 
@@ -140,7 +140,7 @@ def joint_step(
 def _along(setting: Setting, here: Fit, starts: Sequence[FloatArray]) -> list[Motion]:
     """The motions with other starts."""
     return [
-        twisted_by_start(s, m, new[:, START_OFFSET] - old[:, START_OFFSET])
+        twisted_by_start(s, m, new[:, OFFSET] - old[:, OFFSET])
         for s, m, new, old in zip(setting.samples, here.motions, starts, here.starts, strict=True)
     ]
 

@@ -89,10 +89,13 @@ class Repetition:
         t = np.arange(_DRAWN) / (_DRAWN * self.frequency)
         shape = FoundShape(
             "time", "drive" if self.driven else "torque",
-            f"{size:.3g} cos(2 pi {self.frequency:.4g} t + phase), a phase of each recording", 1.0,
+            f"{size:.3g} cos(2 pi {self.frequency:.4g} t + phase)", 1.0,
             t.tolist(), (size * np.cos(2.0 * np.pi * self.frequency * t)).tolist(),
         )  # fmt: skip
-        told = {"disc": disc, "frequency_hz": self.frequency, "share": self.share}
+        told = {
+            "disc": disc, "frequency_hz": self.frequency, "share": self.share, "amplitude": size,
+            "driven": self.driven,
+        }  # fmt: skip
         return located, shape, told
 
 
@@ -114,8 +117,11 @@ def repetition_of(
     if not fitted or not held or not all(np.any(one.values) for one in every):
         return None
     step = max(1.0 / _RATE, *(float(np.median(np.diff(one.t))) for one in every))
-    fitted, held = ([one.evenly(step) for one in group] for group in (fitted, held))
     seconds = max(float(one.t[-1] - one.t[0]) for one in every)
+    if seconds > 2.0 * step * max(len(one.t) for one in every):
+        # More gap than recording: evenly spaced rows would be made up, and any number of them.
+        return None
+    fitted, held = ([one.evenly(step) for one in group] for group in (fitted, held))
     f = np.asarray(np.fft.rfftfreq(int(_FINER * seconds / step), step), dtype=np.float64)
     f = f[: int(_SLOWER * len(f))]
     if len(f) < 3 * _FINER * (_NEXT + _AROUND):

@@ -157,10 +157,11 @@ def _repeats(result: DiagnosisResult) -> list[str]:
     told = result.fit.get("repeats")
     if told is None:
         return []
+    unit = "of the drive" if told["driven"] else "Nm"
     return [
-        f"Of the residual at the {told['disc']} disc a cosine of time explains {told['share']:.0%} "
-        "in recordings in which its frequency was not sought, with a phase of its own in each: it "
-        "comes from outside and goes on between recordings."
+        f"A cosine of time of {told['amplitude']:.3g} {unit} explains {told['share']:.0%} of the "
+        f"residual at the {told['disc']} disc in recordings in which its frequency was not sought. "
+        "Its phase is another one in each, so it comes from outside and goes on between them."
     ]
 
 

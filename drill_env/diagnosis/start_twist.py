@@ -17,12 +17,11 @@ from drill_env.diagnosis.applied import as_heavy, effects_of, with_terms
 from drill_env.diagnosis.fit import start_prior
 from drill_env.diagnosis.terms import Term, at_rest, late_disc
 from drill_env.effects.along import Motion
-from drill_env.identification._filter_state import START_OFFSET
 from drill_env.identification.coordinates import solved
 from drill_env.identification.known_loads import with_added_inertia
 from drill_env.identification.noise import NoiseModel
 from drill_env.identification.prediction_error import Path, flat, path_of
-from drill_env.identification.samples import Samples
+from drill_env.identification.samples import OFFSET, Samples
 from drill_env.identification.smoothing import slopes_of
 from drill_env.parameters import SYMBOLS, Rig
 
@@ -121,7 +120,7 @@ def without_starts(
     )  # fmt: skip
     edges = [*samples.restarts.tolist(), len(samples.t)]
     by_starts = path.slopes[:, :, len(SYMBOLS) :]
-    by_starts[:, :, START_OFFSET] += by_offset
+    by_starts[:, :, OFFSET] += by_offset
     for i in range(len(starts)):
         rows = slice(edges[i], edges[i + 1])
         here = used[rows]
@@ -164,7 +163,7 @@ def settled_with(
     none = np.zeros((*samples.angles.shape, 1))
 
     def at(starts: FloatArray) -> tuple[float, Motion, Samples, Path]:
-        moved = twisted_by_start(samples, motion, (starts - told)[:, START_OFFSET])
+        moved = twisted_by_start(samples, motion, (starts - told)[:, OFFSET])
         given = with_terms(samples, terms, rig, moved)
         path = path_of(given, rig, noise, starts, robust, slopes=True)
         weights, miss = start_prior(samples, starts)

@@ -10,7 +10,7 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._types import FloatArray, IntArray
 from drill_env.effects.declared import Declared, bundled
-from drill_env.identification._filter_state import N_START
+from drill_env.identification._filter_state import N_START, START_OFFSET
 from drill_env.identification.initial_state import state_at
 from drill_env.identification.known_loads import known_effects, mean_loads
 from drill_env.identification.readings import (
@@ -25,6 +25,9 @@ from drill_env.recordings import Channel, Recording
 
 # Doubt about the velocities that a restart takes from the samples around it.
 _START_SPEED = 0.3
+
+OFFSET = START_OFFSET
+"""Place in `Samples.starts` of the twist at which the encoders agree."""
 
 NOTHING = bundled(())
 """No effects."""
