@@ -81,3 +81,6 @@ def test_a_supply_that_hunts_is_told_of_an_axis() -> None:
     assert found.verdict == "unexplained" and not found.effects
     assert found.located is not None and found.located.component == "actuator"
     assert found.located.frequency_hz == pytest.approx(axis.numbers["swing_hz"], rel=0.05)
+    text = " ".join(found.sentences)
+    assert "A cosine of time of" in text and "of the drive explains" in text
+    assert "a free function of time" not in text

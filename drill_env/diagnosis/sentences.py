@@ -35,7 +35,8 @@ def sentences(
     if result.located is not None:
         lines += _located(result)
     lines += [_effect(effect) for effect in result.effects]
-    if result.shape is not None:
+    # A cosine that repeats is told with its formula already.
+    if result.shape is not None and "repeats" not in result.fit:
         what, shape = "what these leave over" if result.effects else "it", result.shape
         lines.append(
             f"No effect of the library explains {what}; its shape over {shape.coordinate} is "
@@ -235,7 +236,7 @@ def sentences_by_prediction(result: DiagnosisResult) -> list[str]:
                 "coordinate explains."
             )
     lines += [_effect(effect) for effect in result.effects]
-    if result.shape is not None:
+    if result.shape is not None and "repeats" not in result.fit:
         what = "what these leave" if result.effects else "it"
         lines.append(
             f"No effect of the library explains {what} as well as a free function of "
