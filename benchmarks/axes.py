@@ -44,7 +44,7 @@ def judged(term: str, found: DiagnosisResult) -> str:
     named = [e.id for e in found.effects]
     if not named and found.verdict != "unexplained":
         return "right" if group == "nothing" else "silent"
-    told = found.grades.component if found.grades else ""
+    told = found.located.component if found.located else ""
     if group == "nothing":
         return "wrong"
     allowed = (term,) if group == "library" else SIBLINGS.get(term, ())
@@ -77,7 +77,7 @@ def row_of(case: int, seed: int) -> dict[str, Any]:
     return {
         "case": case, "term": axis.term, "group": group_of(axis.term),
         "kind": axis.kind, "verdict": found.verdict, "named": [e.id for e in found.effects],
-        "component": found.grades.component if found.grades else "",
+        "component": found.located.component if found.located else "",
         "law": found.grades.law_probability if found.grades else 0.0,
         "judged": judged(axis.term, found), "numbers": inside,
         "cpu_s": time.process_time() - began,
