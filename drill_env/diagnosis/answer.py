@@ -20,6 +20,7 @@ from drill_env.diagnosis.noise_floor import noise_floor
 from drill_env.diagnosis.offered import is_parameter
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.probability import rivals
+from drill_env.diagnosis.repetition import with_repetition
 from drill_env.diagnosis.result import (
     Alternative,
     Change,
@@ -104,12 +105,7 @@ def answer(
         },
     )  # fmt: skip
     if found.repetition is not None:
-        one = found.repetition
-        located, shape, told = one.told(found.final.rig.km if one.driven else 1.0)
-        result = replace(
-            result, verdict="unexplained", located=located, shape=shape,
-            fit={**result.fit, "repeats": told},
-        )  # fmt: skip
+        result = with_repetition(result, found.repetition, found.final.rig.km)
     return replace(
         result, sentences=sentences(result, found.rejected, found.reason, looked=bool(found.rounds))
     )

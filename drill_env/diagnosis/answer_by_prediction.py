@@ -11,6 +11,7 @@ import numpy as np
 from drill_env._types import FloatArray
 from drill_env.diagnosis.intervals import significant
 from drill_env.diagnosis.options import DiagnosisOptions
+from drill_env.diagnosis.repetition import with_repetition
 from drill_env.diagnosis.result import (
     Alternative,
     Change,
@@ -86,11 +87,7 @@ def answer_by_prediction(
         [_predictions(c, c in standing or not c.named) for c in choices],
     )  # fmt: skip
     if repeats is not None:
-        located, shape, told = repeats.told(after.rig.km if repeats.driven else 1.0)
-        result = replace(
-            result, verdict="unexplained", located=located, shape=shape,
-            fit={**errors, "repeats": told},
-        )  # fmt: skip
+        result = with_repetition(result, repeats, after.rig.km)
     return replace(result, sentences=sentences_by_prediction(result))
 
 

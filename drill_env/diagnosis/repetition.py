@@ -17,18 +17,20 @@ import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.diagnosis.residual_torque import PREDICTABLE
-from drill_env.diagnosis.result import FoundShape, Located
+from drill_env.diagnosis.result import DiagnosisResult, FoundShape, Located
 from drill_env.prediction.criteria import Criteria
 
-# Points of a periodogram for each frequency that the longest recording resolves.
+# Points of a periodogram for each frequency that the longest recording resolves: a line between
+# two of them loses 5 % at most, sinc^2(1/8) (Harris, Proceedings of the IEEE 66, 1978).
 _FINER = 4
-# Resolved frequencies: next to a line, which it fills itself, and beyond them those of which the
-# median is its background. As many periods must a recording hold.
+# Resolved frequencies: next to a line, which its main lobe and the first beside it fill, and beyond
+# them those of which the median is its background (not derived: more follow a steep spectrum
+# worse). As many periods must a recording hold.
 _NEXT, _AROUND = 2, 6
 # Rows a second that are looked at, and the share of the frequencies that these tell; above it a
 # cosine is no longer told from another one.
 _RATE, _SLOWER = 50.0, 0.8
-# Values in which one period is told.
+# Values in which one period is drawn.
 _DRAWN = 32
 
 
@@ -99,6 +101,19 @@ class Repetition:
         return located, shape, told
 
 
+def with_repetition(result: DiagnosisResult, found: Repetition, km: float) -> DiagnosisResult:
+    """A result in which nothing was found, with what repeats.
+
+    Args:
+        result: plain values.
+        found: what repeats.
+        km: of the fitted rig, Nm/V.
+    """
+    located, shape, told = found.told(km if found.driven else 1.0)
+    fit = {**result.fit, "repeats": told}
+    return replace(result, verdict="unexplained", located=located, shape=shape, fit=fit)
+
+
 def repetition_of(
     fitted: Sequence[Residual], held: Sequence[Residual], *, disc: int = 0, driven: bool
 ) -> Repetition | None:
@@ -141,7 +156,7 @@ def _best(
     slowest = _FINER * (_NEXT + _AROUND)
     beyond = (seen - _background(seen)).sum(axis=0)
     place = slowest + int(np.argmax(beyond[slowest:]))
-    # A frequency is told to about what a recording resolves.
+    # A frequency is known to about what a recording resolves.
     near = np.arange(place - _FINER // 2, min(place + _FINER // 2 + 1, len(f)))
     place = int(near[np.argmax(unseen.sum(axis=0)[near])])
     around = _background(unseen)[:, place]

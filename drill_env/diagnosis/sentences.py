@@ -35,7 +35,7 @@ def sentences(
     if result.located is not None:
         lines += _located(result)
     lines += [_effect(effect) for effect in result.effects]
-    # A cosine that repeats is told with its formula already.
+    # A cosine that repeats has a sentence of its own.
     if result.shape is not None and "repeats" not in result.fit:
         what, shape = "what these leave over" if result.effects else "it", result.shape
         lines.append(
@@ -162,7 +162,7 @@ def _repeats(result: DiagnosisResult) -> list[str]:
     return [
         f"A cosine of time of {told['amplitude']:.3g} {unit} explains {told['share']:.0%} of the "
         f"residual at the {told['disc']} disc in recordings in which its frequency was not sought. "
-        "Its phase is another one in each, so it comes from outside and goes on between them."
+        "Its phase is free in each, as of something outside that goes on between recordings."
     ]
 
 

@@ -28,7 +28,7 @@ from drill_env.parameters import SYMBOLS, Rig
 # As where starts are settled without terms, see `settled_starts`.
 _ROUNDS, _ENOUGH = 5, 0.1
 
-# Twist over which slopes by it are taken, rad.
+# Twist over which slopes by it are taken, rad: rounding is 1e-11 of it, a curve's bend 1e-5.
 _TURN = 1e-5
 
 
@@ -119,7 +119,7 @@ def without_starts(
         np.zeros((count, count)),
     )  # fmt: skip
     edges = [*samples.restarts.tolist(), len(samples.t)]
-    by_starts = path.slopes[:, :, len(SYMBOLS) :]
+    by_starts = path.slopes[:, :, len(SYMBOLS) :].copy()
     by_starts[:, :, OFFSET] += by_offset
     for i in range(len(starts)):
         rows = slice(edges[i], edges[i + 1])
