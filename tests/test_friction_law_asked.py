@@ -34,14 +34,23 @@ def of_coulomb(seed: int) -> Recording:
     return Recording(t, u, *read, quanta={"theta_u": STEP, "theta_l": STEP}, source=f"c-{seed}")
 
 
+def times(rig: Rig, factor: float) -> Rig:
+    """The same motion of a machine with so many times the torque."""
+    torques = ("km", "Ju", "Tsu", "dTsu", "bu", "dbu", "Jl", "ktheta", "Tsl", "bl")
+    return rig.replace(**{name: factor * getattr(rig, name) for name in torques})
+
+
 @pytest.mark.parametrize(
-    ("made_by", "asked"),
-    [(lambda: [made(Rig.paper(), (), (8, i)) for i in range(2)], True),
-     (lambda: [of_coulomb(i) for i in range(2)], False)],
-    ids=["humped", "coulomb"],
+    ("made_by", "factor", "asked"),
+    [(lambda: [made(Rig.paper(), (), (8, i)) for i in range(2)], 1.0, True),
+     (lambda: [made(Rig.paper(), (), (8, i)) for i in range(2)], 300.0, True),
+     (lambda: [of_coulomb(i) for i in range(2)], 1.0, False)],
+    ids=["humped", "humped, a larger machine", "coulomb"],
 )  # fmt: skip
-def test_a_search_with_the_humped_law_is_made_where_it_is_asked_for(made_by, asked, monkeypatch):
-    rig = COULOMB if not asked else COULOMB.replace(Tsl=0.01)
+def test_a_search_with_the_humped_law_is_made_where_it_is_asked_for(
+    made_by, factor, asked, monkeypatch
+):
+    rig = times(COULOMB if not asked else COULOMB.replace(Tsl=0.01), factor)
     samples = [prepare(recording, rig) for recording in made_by()]
     plain = find(samples, rig, free_parameters(rig), (), most=0)
     searches = []

@@ -36,8 +36,8 @@ from drill_env.prediction.search import Fold
 
 
 def answer_by_prediction(
-    choices: Sequence[Choice], before: Fit, after: Fit, fold: Fold, leads: FloatArray,
-    options: DiagnosisOptions,
+    choices: Sequence[Choice], before: Fit, after: Fit, whole: Fit, fold: Fold,
+    leads: FloatArray, options: DiagnosisOptions,
 ) -> DiagnosisResult:  # fmt: skip
     """All that is told, in plain values.
 
@@ -45,11 +45,12 @@ def answer_by_prediction(
         choices: one for each round of the search.
         before: the rig alone, fitted.
         after: with what was found.
+        whole: the same fitted to all recordings, whose numbers are told.
         fold: what was fitted, and what judges.
         leads: times ahead, s.
         options: of the diagnosis.
     """
-    spread = covariance(after)
+    spread = covariance(whole)
     kept = [c for c in choices if c.chosen is not None and not c.remainder]
     named = [c for c in kept if c.named]
     errors = _fit(before, after, fold, leads)
@@ -64,9 +65,9 @@ def answer_by_prediction(
         errors |= left_predictable(after, (*fold.setting.cuts, *fold.unseen))
     if not kept and "predictable" not in errors:
         repeats = left_repeating(after, fold.setting.cuts, fold.unseen)
-    effects = [_effect(c, after, i, spread) for i, c in enumerate(kept) if c in standing]
+    effects = [_effect(c, whole, i, spread) for i, c in enumerate(kept) if c in standing]
     last = kept[-1] if kept and not kept[-1].named else None
-    changed = _changes(after, spread)
+    changed = _changes(whole, spread)
     verdict: Verdict = "consistent"
     if last is not None or len(standing) < len(named):
         verdict = "unexplained"
@@ -75,10 +76,10 @@ def answer_by_prediction(
     elif options.given_rig and significant(changed):
         verdict = "parameters"
     first = kept[0] if kept else None
-    shape = _shape(last.chosen, after) if last is not None and last.chosen is not None else None
+    shape = _shape(last.chosen, whole) if last is not None and last.chosen is not None else None
     result = DiagnosisResult(
         verdict, None if first is None else _located(first), effects, _alternatives(first), shape,
-        changed, errors, {}, _far_off(after), [], None,
+        changed, errors, {}, _far_off(whole), [], None,
         {
             "fit": [c.samples.recording.source for c in fold.setting.cuts],
             "holdout": [c.samples.recording.source for c in fold.unseen],
@@ -87,7 +88,7 @@ def answer_by_prediction(
         [_predictions(c, c in standing or not c.named) for c in choices],
     )  # fmt: skip
     if repeats is not None:
-        result = with_repetition(result, repeats, after.rig.km)
+        result = with_repetition(result, repeats, whole.rig.km)
     return replace(result, sentences=sentences_by_prediction(result))
 
 
@@ -97,13 +98,13 @@ def _common(choice: Choice) -> bool:
     return effect is not None and effect.common
 
 
-def _effect(choice: Choice, after: Fit, place: int, spread: FloatArray) -> NamedEffect:
+def _effect(choice: Choice, whole: Fit, place: int, spread: FloatArray) -> NamedEffect:
     assert choice.chosen is not None
     effect = LIBRARY[choice.chosen.candidate.id]
-    units, width = {p.name: p.unit for p in effect.parameters}, quantile(after)
+    units, width = {p.name: p.unit for p in effect.parameters}, quantile(whole)
     numbers = {
         name: Number(value, value - width * size, value + width * size, units[name])
-        for name, (value, size) in deviations(after, place, spread).items()
+        for name, (value, size) in deviations(whole, place, spread).items()
     }
     return NamedEffect(
         effect.id, effect.component, choice.grades.law, numbers, effect.formula,
@@ -111,10 +112,10 @@ def _effect(choice: Choice, after: Fit, place: int, spread: FloatArray) -> Named
     )  # fmt: skip
 
 
-def _changes(after: Fit, spread: FloatArray) -> dict[str, Change]:
-    """Parameters of the rig before and after, with 95 % intervals."""
-    setting, count = after.setting, len(after.setting.free)
-    vector, width = after.vector[:count], quantile(after)
+def _changes(whole: Fit, spread: FloatArray) -> dict[str, Change]:
+    """Parameters of the rig as given and as fitted, with 95 % intervals."""
+    setting, count = whole.setting, len(whole.setting.free)
+    vector, width = whole.vector[:count], quantile(whole)
     slopes = setting.coordinates.jacobian(vector)
     sizes = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", slopes, spread[:count, :count], slopes), 0))
     values = setting.coordinates.values(vector)
@@ -124,18 +125,18 @@ def _changes(after: Fit, spread: FloatArray) -> dict[str, Change]:
         )
         for (name, value), size in zip(values.items(), sizes.tolist(), strict=True)
     }
-    of_effects = zip(setting.given, after.vector[count : setting.shift].tolist(), strict=True)
+    of_effects = zip(setting.given, whole.vector[count : setting.shift].tolist(), strict=True)
     for place, (one, x) in enumerate(of_effects, start=count):
         size = width * abs(one.slope(x)) * math.sqrt(max(float(spread[place, place]), 0.0))
         out[one.label] = Change(one.value, one.at(x), one.at(x) - size, one.at(x) + size)
     return out
 
 
-def _far_off(after: Fit) -> list[str]:
+def _far_off(whole: Fit) -> list[str]:
     """Numbers of the rig file that the recordings pull as far as they may go."""
-    setting = after.setting
+    setting = whole.setting
     reach = setting.criteria.reach * setting.spread
-    pulled = np.abs(after.vector - setting.centre) > 0.99 * reach
+    pulled = np.abs(whole.vector - setting.centre) > 0.99 * reach
     names = [n for n, far in zip(setting.names, pulled[:-1], strict=True) if far]
     if not names:
         return []
@@ -170,8 +171,8 @@ def _alternatives(first: Choice | None) -> list[Alternative]:
     return [Alternative(t.candidate.id, t.row.weight, 2.0 * (best - t.row.gain)) for t in others]
 
 
-def _shape(chosen: Tried, after: Fit) -> FoundShape:
-    entry = chosen.candidate.entry(after.numbers[-1])
+def _shape(chosen: Tried, whole: Fit) -> FoundShape:
+    entry = chosen.candidate.entry(whole.numbers[-1])
     values = np.array(entry["values"])
     return FoundShape(
         chosen.candidate.depends_on, entry["sort"], "as drawn", 1.0, list(entry["knots"]),

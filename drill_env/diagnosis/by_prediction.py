@@ -15,9 +15,7 @@ from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.held_out import followed, offset_of
 from drill_env.diagnosis.offered import free_parameters
 from drill_env.diagnosis.options import DiagnosisOptions
-from drill_env.diagnosis.result import (
-    DiagnosisResult,
-)
+from drill_env.diagnosis.result import DiagnosisResult
 from drill_env.effects.along import Motion
 from drill_env.identification.coasting import left_out_of_search
 from drill_env.identification.drive import torque_driven, with_known_scale
@@ -26,7 +24,7 @@ from drill_env.identification.samples import Samples, prepare
 from drill_env.parameters import Rig
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.cut import cut, leads_of, upper_axis
-from drill_env.prediction.decide import Choice, Explained, explained
+from drill_env.prediction.decide import Choice, Explained, explained, fitted_to_all
 from drill_env.prediction.fit import Fit
 from drill_env.prediction.motion import motion_as_read
 from drill_env.prediction.offer import candidates_for, free_names
@@ -43,17 +41,19 @@ class PredictionDiagnosis:
         result: plain values.
         choices: one for each round of the search.
         before: the rig alone, fitted to the recordings that were given for that.
-        after: with what was found.
+        after: with what was found, fitted to these too.
+        whole: the same fitted to all recordings: of it are the numbers that are told.
         fold: those recordings, and the unseen ones.
         leads: times ahead, s.
         start: the given rig.
-        rig: with what was found.
+        rig: with what was found, of `whole`.
     """
 
     result: DiagnosisResult
     choices: tuple[Choice, ...]
     before: Fit
     after: Fit
+    whole: Fit
     fold: Fold
     leads: FloatArray
     start: Rig
@@ -111,11 +111,12 @@ def diagnose_by_prediction(
             looks.append(look(horizon))
         placed = [one for one in looks if one[0].placed]
         found, leads = looks[-1] if looks[-1][0].told or not placed else placed[0]
-        report("intervals")
+        report("fitting all recordings")
         before, after, fold = found.alone, found.fits[0], found.folds[0]
-        result = answer_by_prediction(found.choices, before, after, fold, leads, options)
+        whole = fitted_to_all(found)
+        result = answer_by_prediction(found.choices, before, after, whole, fold, leads, options)
     return PredictionDiagnosis(
-        result, tuple(found.choices), before, after, fold, leads, rig, after.rig
+        result, tuple(found.choices), before, after, whole, fold, leads, rig, whole.rig
     )
 
 

@@ -67,15 +67,19 @@ def law_fit(
         doubt: relative standard deviation of the rig's parameters around the start.
         fixed: parameters that are held as given.
     """
-    paper, freed = Rig.paper(), [name for name in LOWER_LAW if name not in fixed]
-    humped = rig.replace(friction="humped", **{name: getattr(paper, name) for name in freed})
+    humped, freed = _humped(rig, plain.final, fixed)
     kept = {*plain.setting.coordinates.free, *freed}
     free = [n for n in SYMBOLS if n in active_names(humped) & kept]
     # The two laws have not the same parameters, which the criterion of one rig leaves out.
     more = len(free) - len(plain.setting.coordinates.free)
     price = more * math.log(max(plain.final.count, 2))
-    if not _left_at_the_brake(plain):
-        beside = _beside(humped, free, plain, doubt)
+    alone = base_fit(plain.setting.samples, humped, free, doubt)
+    if _left_at_the_brake(plain):
+        # The law has the rig's own in it: what it gains, it gains without the names too.
+        if plain.base.bic - alone[1].bic <= price:
+            return None, plain
+    else:
+        beside = _beside(*alone, plain)
         if plain.final.bic - beside.bic <= price:
             return None, plain
         near = nearest_of_law(beside.rig, plain.final.rig, _speeds(beside))
@@ -92,6 +96,17 @@ def law_fit(
     if near is None:
         return LawFit(plain.setting, plain.base, found, gain), plain
     return None, _with_own_law(found.final, plain, near)
+
+
+def _humped(rig: Rig, own: Fit, fixed: Container[str]) -> tuple[Rig, list[str]]:
+    """The rig with the paper's law, as strong as its own is fitted, and what of it is free."""
+    paper, speeds = Rig.paper(), _speeds(own)
+    freed = [name for name in LOWER_LAW if name not in fixed]
+    sizes = [float(np.linalg.norm(lower_curve(one, speeds))) for one in (own.rig, paper)]
+    level = sizes[0] / sizes[1] if min(sizes) > 0.0 else 1.0
+    law = {name: getattr(paper, name) for name in freed}
+    law |= {name: level * law[name] for name in law if name not in ("beta1", "beta2")}
+    return rig.replace(friction="humped", **law), freed
 
 
 def nearest_of_law(rig: Rig, own: Rig, speeds: FloatArray) -> Rig | None:
@@ -153,13 +168,12 @@ def _left_at_the_brake(plain: Found) -> bool:
     return left.shares[1] > PREDICTABLE
 
 
-def _beside(humped: Rig, free: Sequence[str], plain: Found, doubt: float) -> Fit:
-    """The humped law fitted beside what was found with a simpler one.
+def _beside(setting: Setting, alone: Fit, plain: Found) -> Fit:
+    """The humped law, fitted alone, beside what was found with a simpler one.
 
     A search of its own takes several times as long as this.
     """
     fit = plain.final
-    setting, alone = base_fit(plain.setting.samples, humped, free, doubt)
     if not fit.terms:
         return alone
     here = evaluate(setting, alone.vector, fit.terms, fit.noise, fit.starts, fit.motions)
