@@ -94,15 +94,17 @@ def searched(axis: Any) -> tuple[list[str], FloatArray]:
 def diagnosed(
     machine: str, root: Path, km: float, neutral: FloatArray, place: dict[str, int]
 ) -> FloatArray:
-    """The numbers of the rig that the diagnosis ends with, in the yardstick's order.
+    """The numbers of the rig that the diagnosis makes, in the yardstick's order.
 
-    Its drive may have been read in another unit: what `km` is there tells.
+    It is the one that had not seen the recordings that judge. Its drive may have been read in
+    another unit: what `km` is there tells.
     """
     told = MACHINES[machine]
     fit, held, rig = told.read(root)
     options = DiagnosisOptions(given_rig=True, doubt=told.doubt)
     found = diagnose(fit, rig, held, options=options)
-    numbers = in_yardsticks(found.rig, neutral, place)
+    ended = found.after.rig if isinstance(found, PredictionDiagnosis) else found.rig
+    numbers = in_yardsticks(ended, neutral, place)
     numbers[place["km"]] *= km / rig.km
     if isinstance(found, PredictionDiagnosis) and rig.inertias == 2:
         # The diagnosis counts the other end from where the string is not twisted.

@@ -201,4 +201,11 @@ def test_nobody_is_offered_coasting_whose_bridge_is_never_off():
     assert "coasting" in LIBRARY
     assert left_out_of_search([axis_run(1)]) == ()
     on = replace(axis_run(1), bridge=np.ones(len(axis_run(1))))
-    assert left_out_of_search([on, replace(on, bridge=None)]) == ("coasting",)
+    assert left_out_of_search([on]) == ("coasting",)
+    # Where nothing tells, the bridge may be off in the rows of no voltage.
+    untold = replace(axis_run(1), bridge=None)
+    assert left_out_of_search([on, untold]) == ()
+    assert left_out_of_search([replace(untold, drive="torque")]) == ("coasting",)
+    assert left_out_of_search([replace(untold, u=np.where(on.u == 0.0, 0.1, on.u))]) == (
+        "coasting",
+    )

@@ -22,7 +22,7 @@ from drill_env.prediction.compare import row_of, standard_error, weighed, z_of
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.families import FAMILIES
 from drill_env.prediction.likelihood import log_density, scales
-from drill_env.prediction.randomisation import z_of_sum
+from drill_env.prediction.randomisation import z_of_groups, z_of_sum
 from drill_env.prediction.rule import Entrant, chosen, undetermined
 from drill_env.recordings import Recording
 
@@ -90,6 +90,32 @@ def test_one_window_that_gains_much_more_does_not_hide_the_others():
     alone = rng.normal(0.0, 1.0, 22)
     alone[-1] += 480.0
     assert z_of(alone, [0] * 22) < 2.0
+
+
+def test_recordings_that_all_gain_are_clear_though_one_has_more_to_gain():
+    rng = np.random.default_rng(4)
+    sizes, marks = (0.3, 1.0, 20.0, 2.0, 0.6), np.repeat(np.arange(5), 20)
+    gains = np.concatenate([size * rng.normal(1.0, 0.8, 20) for size in sizes])
+    assert gains.sum() < 2.5 * standard_error(gains, marks.tolist())
+    assert z_of(gains, marks.tolist()) > 3.0
+    # One that loses says that the others may have gained by chance.
+    gains[:20] -= 1.0
+    assert z_of(gains, marks.tolist()) < 2.5
+
+
+def test_gains_of_groups_are_as_clear_as_students_t_of_the_clearness_of_each():
+    marks, gains = np.repeat(np.arange(4), 12), np.random.default_rng(6).normal(0.4, 1.0, 48)
+    each = np.array([z_of_sum(gains[marks == i]) for i in range(4)])
+    told = stats.ttest_1samp(each, 0.0, alternative="greater").pvalue
+    assert told > stats.norm.sf(each.sum() / 2.0)
+    assert z_of_groups(gains, marks.tolist()) == pytest.approx(stats.norm.isf(told))
+
+
+def test_recordings_that_share_an_error_seldom_look_clear():
+    rng, count, rows = np.random.default_rng(7), 5, np.repeat(np.arange(5), 12)
+    draws = [rng.normal(0.0, 1.0, 60) + np.repeat(rng.normal(0.0, 2.0, count), 12)
+             for _ in range(300)]  # fmt: skip
+    assert np.mean([z_of_groups(draw, rows.tolist()) > 3.0 for draw in draws]) < 0.05
 
 
 @pytest.mark.parametrize(

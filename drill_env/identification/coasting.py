@@ -13,8 +13,14 @@ COASTING = "coasting"
 
 
 def left_out_of_search(recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """Effects that no search offers for these recordings: `COASTING` where no bridge is off."""
-    return () if any(r.coasts() for r in recordings) else (COASTING,)
+    """Effects that no search offers for these recordings: `COASTING` where no bridge may be off."""
+    return () if any(map(_may_coast, recordings)) else (COASTING,)
+
+
+def _may_coast(recording: Recording) -> bool:
+    """Whether the bridge is off in some rows, or nothing tells whether it is where u is 0."""
+    untold = recording.bridge is None and recording.drive == "voltage"
+    return recording.coasts() or (untold and bool((recording.u == 0.0).any()))
 
 
 def untold_coasting(recording: Recording, rig: Rig) -> bool:

@@ -9,10 +9,11 @@ uncertain, as it does in a t test, and a handful of blocks are not taken for man
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import ndtri_exp
+from scipy.special import ndtri_exp, stdtr
 
 from drill_env._types import FloatArray
 
@@ -50,6 +51,32 @@ def z_of_sum(differences: FloatArray) -> float:
         return math.copysign(r, total)
     # Barndorff-Nielsen's form of it.
     return math.copysign(min(max(r + math.log(v / r) / r, 0.0), rarest), total)
+
+
+def z_of_groups(differences: FloatArray, groups: Sequence[int]) -> float:
+    """Standard normal deviate as improbable as differences that agree over groups.
+
+    Each group counts by how clear it is in itself, not by its sum: a group in which there is more
+    to gain is no scatter. The smaller of what the groups come to together if their members are
+    independent (Stouffer et al., The American Soldier, 1949) and of Student's t over them, since
+    members of one group share an error.
+
+    Args:
+        differences: shape (n,).
+        groups: which each is of, shape (n,), of two or more.
+    """
+    which = np.asarray(groups)
+    each = np.array([z_of_sum(differences[which == name]) for name in np.unique(which)])
+    count, scatter = len(each), float(np.std(each, ddof=1))
+    if scatter == 0.0:
+        return float(each.sum()) / math.sqrt(count)
+    t = math.sqrt(count) * float(each.mean()) / scatter
+    return min(float(each.sum()) / math.sqrt(count), _normal(t, count - 1))
+
+
+def _normal(t: float, degrees: int) -> float:
+    """The standard normal deviate that is as rare as one of Student's."""
+    return -float(np.sign(t) * ndtri_exp(math.log(max(float(stdtr(degrees, -abs(t))), 1e-300))))
 
 
 def _log_cosh(x: FloatArray) -> FloatArray:
