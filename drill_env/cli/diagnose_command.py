@@ -71,7 +71,7 @@ StrictOption = Annotated[
 ]
 ThoroughOption = Annotated[
     bool,
-    typer.Option("--thorough", help="Search to the end, not for three minutes of CPU at most."),
+    typer.Option("--thorough", help="Search to the end, not for two minutes of CPU at most."),
 ]
 SeedOption = Annotated[int, typer.Option(min=0, help="Seed of the noise floor and intervals.")]
 
@@ -97,7 +97,7 @@ def diagnose_command(
     The rig is fitted first; then every effect of the library is scored, the best are fitted
     together with the rig and the noise, and what the data demand is kept if it helps on
     recordings that were held out. Writes index.html, diagnosis.json and rig-extended.toml. Four
-    recordings of a minute take half a minute of CPU, three at most unless --thorough is given. An
+    recordings of a minute take half a minute of CPU, two at most unless --thorough is given. An
     interrupt ends the search with what it knows.
 
     Example: drill-env diagnose fit-*.csv --holdout hold.csv --out report

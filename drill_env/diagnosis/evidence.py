@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drill_env._types import FloatArray
+from drill_env.diagnosis.block_densities import block_count, block_densities
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.held_out import followed
 from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.lost_counts import LostCounts
 from drill_env.diagnosis.probability import UNLISTED
@@ -29,8 +29,6 @@ from drill_env.prediction.compare import Row, standard_error, z_of
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.rule import Choice, Entrant, chosen
 
-# Blocks within which innovations are taken as one, s: about a period of the string.
-_BLOCK = 5.0
 # Times the evidence that fitted recordings must show for what those held out contradict to be more
 # than a trace.
 _ASKED = 2.0
@@ -95,10 +93,11 @@ def decided(
     if not found.rounds or not (found.rounds[0].named or found.rounds[0].shapes):
         return found, None
     judge = _Judge(found.setting, held, criteria)
-    if any(_once(a.term) for a in found.rounds[0].named[:1]):
-        # Which counts will be lost in other recordings, lost counts do not tell.
-        judge = replace(judge, held=())
-    table = judge.weighed(found.rounds[0])
+    # Which counts will be lost in other recordings, lost counts do not tell: names meet them, and
+    # stand beside them, on the fitted ones. But a function that foresees the others is no count.
+    lost = any(_once(a.term) for a in found.rounds[0].named[:1])
+    table = replace(judge, names_foresee=not lost).weighed(found.rounds[0])
+    judge = replace(judge, held=()) if lost else judge
     taken = table.taken
     if taken is None:
         told = 0.5 * (found.base.bic - found.final.bic)
@@ -110,11 +109,6 @@ def decided(
         return replace(found, rounds=(first, *later), final=final), table
     found = replace(found, rounds=(first, *(judge.asked_beside(r, found) for r in later)))
     return replace(found, final=judge.climbed(found, taken, table)), table
-
-
-def log_density(samples: Samples, setting: Setting, fit: Fit, criteria: Criteria) -> float:
-    """Log density of a recording's readings, each predicted from those before it, nats."""
-    return float(_Judge(setting, (samples,), criteria).blocks(fit).sum())
 
 
 def listing(criteria: Criteria) -> Criteria:
@@ -135,11 +129,12 @@ def _once(term: Term) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Judge:
-    """Evidence of fits, of held-out recordings by block."""
+    """Evidence of fits, of held-out recordings by block; of names where these can foresee them."""
 
     setting: Setting
     held: Sequence[Samples]
     criteria: Criteria
+    names_foresee: bool = True
 
     def weighed(self, found: Round) -> Weighed:
         """A round's attempts.
@@ -179,7 +174,9 @@ class _Judge:
         """One attempt, and whether it is determined and held-out recordings bear it."""
         told = 0.5 * attempt.criterion
         # What happened in one recording tells nothing of others.
-        gains = np.zeros(0) if _once(attempt.term) else self.blocks(attempt.fit) - before
+        asked = self.names_foresee or not is_named(attempt.term)
+        asked = asked and not _once(attempt.term)
+        gains = self.blocks(attempt.fit) - before if asked else np.zeros(0)
         unseen = float(gains.sum())
         error = standard_error(gains, self.marks()) if len(gains) else 0.0
         gain = told + unseen
@@ -242,31 +239,10 @@ class _Judge:
 
     def blocks(self, fit: Fit) -> FloatArray:
         """Log density of the readings in each block of held-out recordings, nats."""
-        parts = [self._of(samples, fit) for samples in self.held]
+        degrees = self.criteria.degrees
+        parts = [block_densities(samples, self.setting, fit, degrees) for samples in self.held]
         return np.concatenate(parts) if parts else np.zeros(0)
 
     def marks(self) -> list[int]:
         """Which recording each block is of."""
-        return [i for i, s in enumerate(self.held) for _ in range(_places(s).max() + 1)]
-
-    def _of(self, samples: Samples, fit: Fit) -> FloatArray:
-        trace, degrees = followed(samples, self.setting, fit)[2].trace, self.criteria.degrees
-        tail = (degrees + 1.0) * np.log1p(trace.standardised**2 / degrees)
-        with np.errstate(divide="ignore"):
-            density = np.where(trace.variance > 0.0, -0.5 * (tail + np.log(trace.variance)), np.nan)
-        places = _places(samples)
-        out = np.zeros(places.max() + 1)
-        for read, found in zip(samples.angles.T, density.T, strict=True):
-            asked = np.bincount(places[np.isfinite(read)], minlength=len(out))
-            known = np.isfinite(found)
-            count = np.bincount(places[known], minlength=len(out))
-            total = np.bincount(places[known], found[known], minlength=len(out))
-            # Readings that a candidate takes out are as likely as the others of their block.
-            out += np.where(count > 0, total * asked / np.maximum(count, 1), 0.0)
-        return out
-
-
-def _places(samples: Samples) -> np.ndarray:
-    """The block that each row is in, the rest of a recording in its last whole one."""
-    whole = max(int(samples.t[-1] / _BLOCK), 1)
-    return np.minimum((samples.t / _BLOCK).astype(np.int64), whole - 1)
+        return [i for i, s in enumerate(self.held) for _ in range(block_count(s))]

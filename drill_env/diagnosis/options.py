@@ -31,7 +31,7 @@ class DiagnosisOptions:
     fixed: dict[str, float] = field(default_factory=dict)
     doubt: float = 0.05
     seed: int = 0
-    seconds: float = 180.0
+    seconds: float = 120.0
 
     def __post_init__(self) -> None:
         for name in self.leave_out:

@@ -8,9 +8,9 @@ from datetime import date
 
 from threadpoolctl import threadpool_limits
 
+from drill_env.diagnosis.block_densities import block_densities
 from drill_env.diagnosis.clock import cleaned
 from drill_env.diagnosis.diagnose import Diagnosis
-from drill_env.diagnosis.evidence import log_density
 from drill_env.diagnosis.lost_counts import LostCounts
 from drill_env.diagnosis.strikes import Once
 from drill_env.identification.readings import made_of_twist
@@ -63,8 +63,11 @@ def since(
         for samples in (*asked, *setting.samples, *found.held):
             day = dates.get(samples.recording.source)
             if day is not None:
-                pair = (log_density(samples, setting, f, criteria) for f in (fit, without))
-                gains[day] = gains.get(day, 0.0) + next(pair) - next(pair)
+                there, gone = (
+                    block_densities(samples, setting, f, criteria.degrees).sum()
+                    for f in (fit, without)
+                )
+                gains[day] = gains.get(day, 0.0) + float(there - gone)
     return onset(gains, criteria.evidence)
 
 

@@ -1,0 +1,48 @@
+"""Log densities of a recording's readings, each predicted from those before it, in blocks."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drill_env._types import FloatArray, IntArray
+from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.held_out import followed
+from drill_env.identification.samples import Samples
+
+# Seconds within which innovations are taken as one: about a period of the string.
+_BLOCK = 5.0
+
+
+def block_densities(samples: Samples, setting: Setting, fit: Fit, degrees: float) -> FloatArray:
+    """Log density of the readings in each block of a recording, nats, shape (blocks,).
+
+    Args:
+        samples: the recording.
+        setting: of the fit.
+        fit: whose filter predicts.
+        degrees: of freedom of Student's t.
+    """
+    trace = followed(samples, setting, fit)[2].trace
+    tail = (degrees + 1.0) * np.log1p(trace.standardised**2 / degrees)
+    with np.errstate(divide="ignore"):
+        density = np.where(trace.variance > 0.0, -0.5 * (tail + np.log(trace.variance)), np.nan)
+    places, count = _places(samples), block_count(samples)
+    out = np.zeros(count)
+    for read, found in zip(samples.angles.T, density.T, strict=True):
+        asked = np.bincount(places[np.isfinite(read)], minlength=count)
+        known = np.isfinite(found)
+        told = np.bincount(places[known], minlength=count)
+        total = np.bincount(places[known], found[known], minlength=count)
+        # Readings that a candidate takes out are as likely as the others of their block.
+        out += np.where(told > 0, total * asked / np.maximum(told, 1), 0.0)
+    return out
+
+
+def block_count(samples: Samples) -> int:
+    """How many blocks a recording has."""
+    return max(int(samples.t[-1] / _BLOCK), 1)
+
+
+def _places(samples: Samples) -> IntArray:
+    """The block that each row is in, the rest of a recording in its last whole one."""
+    return np.minimum((samples.t / _BLOCK).astype(np.int64), block_count(samples) - 1)
