@@ -9,9 +9,13 @@ import pytest
 
 from benchmarks.axis_maker import draw, recorded
 from drill_env.diagnosis.diagnose import diagnose
+from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.repetition import Residual, repetition_of
+from drill_env.effects import LIBRARY
+from drill_env.integrator import sampled_voltage, simulate
 from drill_env.parameters import Rig
 from drill_env.recordings import Recording
+from tests.made_recordings import STEP
 
 FREQUENCY, RATE, SECONDS = 0.83, 100.0, 30.0
 
@@ -84,3 +88,23 @@ def test_a_supply_that_hunts_is_told_of_an_axis() -> None:
     text = " ".join(found.sentences)
     assert "A cosine of time of" in text and "of the drive explains" in text
     assert "a free function of time" not in text
+
+
+def test_a_phase_that_held_out_recordings_do_not_bear_out_is_one_of_what_repeats() -> None:
+    """Of one fitted recording a disturbance of fixed phase is a name; the others reject it."""
+    depth, hertz, runs = 0.05, 0.61, []
+    for seed, phase in enumerate((0.3, 2.4, 4.6)):
+        rng, t = np.random.default_rng([94, seed]), np.arange(8000) / 200.0
+        u = np.repeat(rng.uniform(2.0, 5.0, 20), 400)
+        acting = u * (1.0 + depth * np.cos(2.0 * np.pi * hertz * t + phase))
+        run = simulate(Rig(), sampled_voltage(t, acting), float(t[-1]), t_eval=t)
+        read = [np.round(angle / STEP) * STEP for angle in (run.theta_u, run.theta_l)]
+        runs.append(Recording(t, u, *read, quanta={"theta_u": STEP, "theta_l": STEP},
+                              source=f"hunting-{seed}"))  # fmt: skip
+    left_out = tuple(n for n in LIBRARY if n != "upper_disturbance")
+    options = DiagnosisOptions(leave_out=left_out, most=1)
+    found = diagnose(runs[:1], Rig(), runs[1:], options=options).result
+    assert found.verdict == "unexplained" and not found.effects
+    assert "upper_disturbance was rejected" in " ".join(found.sentences)
+    assert found.located is not None and found.located.component == "actuator"
+    assert found.located.frequency_hz == pytest.approx(hertz, abs=0.01)

@@ -102,7 +102,7 @@ class Repetition:
 
 
 def with_repetition(result: DiagnosisResult, found: Repetition, km: float) -> DiagnosisResult:
-    """A result in which nothing was found, with what repeats.
+    """A result in which nothing stands, with what repeats.
 
     Args:
         result: plain values.

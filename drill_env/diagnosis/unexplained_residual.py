@@ -61,9 +61,10 @@ def with_residual_torque(
     contradicted = found.refuted is not None and found.explained == 1.0
     terms = found.final.terms
     if max(left.shares) < PREDICTABLE or contradicted:
-        silent = not (law or terms or found.refuted)
+        # A name that other recordings did not bear out may have been one phase of what repeats.
+        alone = not (law or terms)
         fitted = len(found.setting.samples)
-        return replace(found, repetition=_repeats(latents, fitted)) if silent else found
+        return replace(found, repetition=_repeats(latents, fitted)) if alone else found
     if not law and all(isinstance(t.source, Once) for t in terms):
         # A strike beside what the motion predicts is a piece of it.
         return _told(replace(found, final=found.base), latents)
