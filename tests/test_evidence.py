@@ -159,13 +159,6 @@ def test_lost_counts_of_the_fitted_recordings_are_not_asked_of_others():
     assert ids == ["missed_counts_upper", "amplifier_deadzone"]
 
 
-@pytest.mark.parametrize(("unseen", "stands"), [(0.0, True), (-300.0, True), (300.0, False)])
-def test_a_function_that_foresees_other_recordings_is_no_lost_count(unseen, stands):
-    fits = [fit_of(500.0, -900.0, LOST), fit_of(510.0, unseen, shape("sensor"))]
-    ids, _ = decision(fits)
-    assert ids == (["missed_counts_upper"] if stands else ["sensor_shape"])
-
-
 def test_the_criterion_of_what_was_judged_is_its_evidence():
     fits = [fit_of(50.0, -3.0, named("unbalance")), fit_of(40.0, 30.0, named("quadratic_drag"))]
     attempts = tuple(Attempt(f, f.terms[-1], -f.bic, -f.bic) for f in fits)

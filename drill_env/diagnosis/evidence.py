@@ -93,11 +93,10 @@ def decided(
     if not found.rounds or not (found.rounds[0].named or found.rounds[0].shapes):
         return found, None
     judge = _Judge(found.setting, held, criteria)
-    # Which counts will be lost in other recordings, lost counts do not tell: names meet them, and
-    # stand beside them, on the fitted ones. But a function that foresees the others is no count.
-    lost = any(_once(a.term) for a in found.rounds[0].named[:1])
-    table = replace(judge, names_foresee=not lost).weighed(found.rounds[0])
-    judge = replace(judge, held=()) if lost else judge
+    if any(_once(a.term) for a in found.rounds[0].named[:1]):
+        # Which counts will be lost in other recordings, lost counts do not tell.
+        judge = replace(judge, held=())
+    table = judge.weighed(found.rounds[0])
     taken = table.taken
     if taken is None:
         told = 0.5 * (found.base.bic - found.final.bic)
@@ -129,12 +128,11 @@ def _once(term: Term) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Judge:
-    """Evidence of fits, of held-out recordings by block; of names where these can foresee them."""
+    """Evidence of fits, of held-out recordings by block."""
 
     setting: Setting
     held: Sequence[Samples]
     criteria: Criteria
-    names_foresee: bool = True
 
     def weighed(self, found: Round) -> Weighed:
         """A round's attempts.
@@ -174,9 +172,7 @@ class _Judge:
         """One attempt, and whether it is determined and held-out recordings bear it."""
         told = 0.5 * attempt.criterion
         # What happened in one recording tells nothing of others.
-        asked = self.names_foresee or not is_named(attempt.term)
-        asked = asked and not _once(attempt.term)
-        gains = self.blocks(attempt.fit) - before if asked else np.zeros(0)
+        gains = np.zeros(0) if _once(attempt.term) else self.blocks(attempt.fit) - before
         unseen = float(gains.sum())
         error = standard_error(gains, self.marks()) if len(gains) else 0.0
         gain = told + unseen

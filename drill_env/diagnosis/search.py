@@ -51,6 +51,7 @@ from drill_env.diagnosis.waves import Wave, free_waves, score_waves
 from drill_env.effects import Effect
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
+from drill_env.prediction.criteria import Criteria
 
 # Effects and shapes that get a first look; a rig without what it lacks most scores badly.
 _WIDTHS, _LATER_WIDTHS = (12, 5), (7, 3)
@@ -232,6 +233,18 @@ def _refined(
     return replace(found, named=tuple(best_of_each([*told, *found.named[len(fits) :]]))), best
 
 
+def _with_rival_shape(setting: Setting, found: Round) -> Round:
+    """The best free shape carried to its end too, where a name may not stand for it.
+
+    Descents of shapes end where they seem to decide nothing; what is compared has come to its end.
+    """
+    shape, *others = found.shapes or (None,)
+    if shape is None or shape.criterion < Criteria().share * found.named[0].criterion:
+        return found
+    shapes = best_of_each([attempted(found.before, polished(setting, shape.fit)), *others])
+    return replace(found, shapes=tuple(shapes))
+
+
 def _sought(
     setting: Setting, base: Fit, effects: Sequence[Effect], most: int, report: Report
 ) -> tuple[Fit, list[Round]]:
@@ -256,7 +269,8 @@ def _sought(
             break
         first = not here.terms
         rounds[-1], here = _refined(setting, found, effects, report)
-        if first and nameless(found):
+        rounds[-1] = _with_rival_shape(setting, rounds[-1])
+        if first and nameless(rounds[-1]):
             # Beside what a free shape explains far better no second name is worth a search.
             break
     return here, rounds
