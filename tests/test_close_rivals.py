@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from drill_env.diagnosis import rivals
-from drill_env.diagnosis import search as module
 from drill_env.diagnosis.rounds import Attempt, Round
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
@@ -20,7 +19,7 @@ def fit_of(value, *names):
 
 
 def refined(monkeypatch, criteria, ends):
-    """The round and the name that `_refined` leaves, and which names were refined."""
+    """The round and the name that `refined` leaves, and which names were refined."""
     base = fit_of(0.0)
     fits = [fit_of(-c, name) for name, c in criteria.items()]
     named = tuple(Attempt(f, f.terms[0], -f.value, -f.bic) for f in fits)
@@ -30,8 +29,8 @@ def refined(monkeypatch, criteria, ends):
         carried.append(fit.terms[0].id)
         return fit_of(-ends[fit.terms[0].id], fit.terms[0].id)
 
-    monkeypatch.setattr(module, "polished", polished)
-    found, fit = module._refined(
+    monkeypatch.setattr(rivals, "polished", polished)
+    found, fit = rivals.refined(
         None, Round(base, (), named, ()), list(LIBRARY.values()), lambda text: None
     )
     return {a.term.id: a.criterion for a in found.named}, fit.terms[0].id, carried
@@ -84,3 +83,18 @@ def test_a_gear_whose_play_closed_is_a_springy_one(monkeypatch, gap, gain, name)
     )
     assert found.id == name
     assert numbers == (NUMBERS if name == "gear_compliance" else told)
+
+
+@pytest.mark.parametrize(("scored", "carried"), [(0.9, True), (0.7, False)])
+def test_a_free_shape_that_rivals_a_name_comes_to_its_end_too(monkeypatch, scored, carried):
+    """Of the name 20 were lost on the way, so they are of the shape too."""
+    base, name = fit_of(0.0), fit_of(-1000.0, "quadratic_drag")
+    free = SimpleNamespace(bic=-1000.0 * scored, value=0.0, terms=(SimpleNamespace(id="free"),))
+    rounds = Round(
+        base, (), (Attempt(name, name.terms[0], 1000.0, 1000.0),),
+        (Attempt(free, free.terms[0], 1000.0 * scored, 1000.0 * scored),),
+    )  # fmt: skip
+    end = SimpleNamespace(bic=-1500.0, value=-1500.0, terms=free.terms)
+    monkeypatch.setattr(rivals, "polished", lambda setting, fit: end)
+    found = rivals.with_rival_shape(None, rounds, fit_of(-980.0, "quadratic_drag"))
+    assert found.shapes[0].criterion == pytest.approx(1520.0 if carried else 700.0)

@@ -7,14 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from drill_env._watch import Report
+from drill_env.diagnosis.attempts import attempted, best_of_each
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import added, without
 from drill_env.diagnosis.joint import WORTH_A_ROUND, descend_jointly, polished
 from drill_env.diagnosis.lost_counts import LostCounts
-from drill_env.diagnosis.rounds import NEEDED, Round, limit_reached
+from drill_env.diagnosis.rounds import NEEDED, NEEDED_BESIDE, Round, limit_reached
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import Effect
+from drill_env.prediction.criteria import Criteria
 
 _TRY_ROUNDS, _RIVAL_ROUNDS = 6, 10
 # Of the round in which a term was found, tried again beside what was found later.
@@ -92,6 +95,54 @@ def at_limits(setting: Setting, fit: Fit, effects: Sequence[Effect]) -> Fit:
             here = evaluate(setting, fit.vector, terms, fit.noise, fit.starts, fit.motions)
             fit = min(fit, polished(setting, here), key=lambda there: there.bic)
     return fit
+
+
+def refined(
+    setting: Setting, found: Round, effects: Sequence[Effect], report: Report
+) -> tuple[Round, Fit]:
+    """The best name of a round carried to its end, and a close rival, which may then be better.
+
+    Args:
+        setting: recordings and free parameters.
+        found: the round.
+        effects: the library.
+        report: told what is done next.
+
+    Returns:
+        The round with what was carried on, and the fit of the better one.
+    """
+    fits = []
+    for attempt in found.named[:2]:
+        if attempt.criterion > found.named[0].criterion - NEEDED_BESIDE:
+            report(f"refining {attempt.term.id}")
+            fits.append(at_limits(setting, polished(setting, attempt.fit), effects))
+    # Each had been told along a motion of its own of some rounds ago. The better one keeps the lead
+    # over the names that are not refined, the other one falls behind by what it is worse.
+    best = min(fits, key=lambda fit: fit.bic)
+    lead = found.named[0].criterion - attempted(found.before, best).criterion
+    told = [attempted(found.before, fit) for fit in fits]
+    told = [replace(a, gain=a.gain + lead, criterion=a.criterion + lead) for a in told]
+    return replace(found, named=tuple(best_of_each([*told, *found.named[len(fits) :]]))), best
+
+
+def with_rival_shape(setting: Setting, found: Round, best: Fit) -> Round:
+    """The round with its best free shape carried to its end, where a name may not stand for it.
+
+    Descents of shapes end where they seem to decide nothing; what is compared has come to its end.
+
+    Args:
+        setting: recordings and free parameters.
+        found: the round, its best name refined.
+        best: the fit of that name.
+    """
+    shape, *others = found.shapes or (None,)
+    if shape is None or shape.criterion < Criteria().share * found.named[0].criterion:
+        return found
+    # On the scale on which the name is told.
+    lead = found.named[0].criterion - attempted(found.before, best).criterion
+    there = attempted(found.before, polished(setting, shape.fit))
+    there = replace(there, gain=there.gain + lead, criterion=there.criterion + lead)
+    return replace(found, shapes=tuple(best_of_each([there, *others])))
 
 
 def _without(setting: Setting, fit: Fit, place: int) -> Fit:

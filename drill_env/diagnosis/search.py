@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from drill_env._watch import Report
 from drill_env.diagnosis.attempts import (
     FIRST_ROUNDS,
-    attempted,
     best_of_each,
     carried_on,
     confused_with,
@@ -26,11 +24,10 @@ from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import own_values
 from drill_env.diagnosis.grid_starts import descended, has_peaks
 from drill_env.diagnosis.in_filter import within_filter
-from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.joint_noise import SIZES, TORQUES
 from drill_env.diagnosis.linearised import Linearised, linearised_at
 from drill_env.diagnosis.lost_counts import broken_counts, slips
-from drill_env.diagnosis.rivals import against_rivals, at_limits
+from drill_env.diagnosis.rivals import against_rivals, at_limits, refined, with_rival_shape
 from drill_env.diagnosis.rounds import (
     BELIEVED,
     NEEDED_BESIDE,
@@ -51,7 +48,6 @@ from drill_env.diagnosis.waves import Wave, free_waves, score_waves
 from drill_env.effects import Effect
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
-from drill_env.prediction.criteria import Criteria
 
 # Effects and shapes that get a first look; a rig without what it lacks most scores badly.
 _WIDTHS, _LATER_WIDTHS = (12, 5), (7, 3)
@@ -213,38 +209,6 @@ def find(
     return Found(setting, base, tuple(rounds), here)
 
 
-def _refined(
-    setting: Setting, found: Round, effects: Sequence[Effect], report: Report
-) -> tuple[Round, Fit]:
-    """The best name of a round carried to its end, and a close rival, which may then be better."""
-    fits = []
-    for attempt in found.named[:2]:
-        if attempt.criterion > found.named[0].criterion - NEEDED_BESIDE:
-            report(f"refining {attempt.term.id}")
-            fits.append(at_limits(setting, polished(setting, attempt.fit), effects))
-    if [fit.terms[-1].id for fit in fits] == [found.named[0].term.id]:
-        return found, fits[0]
-    # Each had been told along a motion of its own of some rounds ago. The better one keeps the lead
-    # over the names that are not refined, the other one falls behind by what it is worse.
-    best = min(fits, key=lambda fit: fit.bic)
-    lead = found.named[0].criterion - attempted(found.before, best).criterion
-    told = [attempted(found.before, fit) for fit in fits]
-    told = [replace(a, gain=a.gain + lead, criterion=a.criterion + lead) for a in told]
-    return replace(found, named=tuple(best_of_each([*told, *found.named[len(fits) :]]))), best
-
-
-def _with_rival_shape(setting: Setting, found: Round) -> Round:
-    """The best free shape carried to its end too, where a name may not stand for it.
-
-    Descents of shapes end where they seem to decide nothing; what is compared has come to its end.
-    """
-    shape, *others = found.shapes or (None,)
-    if shape is None or shape.criterion < Criteria().share * found.named[0].criterion:
-        return found
-    shapes = best_of_each([attempted(found.before, polished(setting, shape.fit)), *others])
-    return replace(found, shapes=tuple(shapes))
-
-
 def _sought(
     setting: Setting, base: Fit, effects: Sequence[Effect], most: int, report: Report
 ) -> tuple[Fit, list[Round]]:
@@ -268,8 +232,8 @@ def _sought(
         if chosen is None or chosen.criterion < needed:
             break
         first = not here.terms
-        rounds[-1], here = _refined(setting, found, effects, report)
-        rounds[-1] = _with_rival_shape(setting, rounds[-1])
+        rounds[-1], here = refined(setting, found, effects, report)
+        rounds[-1] = with_rival_shape(setting, rounds[-1], here)
         if first and nameless(rounds[-1]):
             # Beside what a free shape explains far better no second name is worth a search.
             break
