@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from drill_env.diagnosis import rivals
 from drill_env.diagnosis import search as module
 from drill_env.diagnosis.lost_counts import LostCounts
 from drill_env.diagnosis.rounds import Attempt, Round
@@ -35,7 +36,7 @@ def searched(monkeypatch, best, most):
         return Round(fit, (), (attempt,), ())
 
     monkeypatch.setattr(module, "search", round_at)
-    monkeypatch.setattr(module, "polished", lambda setting, fit: fit)
+    monkeypatch.setattr(rivals, "polished", lambda setting, fit: fit)
     here, *_, rounds = module._sought(None, fit_with(), (), most, lambda text: None)
     assert len(rounds) == len(here.terms)
     return [term.id for term in here.terms]
