@@ -85,11 +85,16 @@ def test_a_gear_whose_play_closed_is_a_springy_one(monkeypatch, gap, gain, name)
     assert numbers == (NUMBERS if name == "gear_compliance" else told)
 
 
-@pytest.mark.parametrize(("scored", "carried"), [(0.9, True), (0.7, False)])
-def test_a_free_shape_that_rivals_a_name_comes_to_its_end_too(monkeypatch, scored, carried):
+@pytest.mark.parametrize(
+    ("scored", "over", "carried"),
+    [(0.9, "twist", True), (0.7, "twist", False), (0.9, "omega_l", False)],
+)
+def test_a_free_shape_that_rivals_a_name_comes_to_its_end_too(monkeypatch, scored, over, carried):
     """Of the name 20 were lost on the way, so they are of the shape too."""
+    source = SimpleNamespace(component="lower", depends_on=over)
+    free_term = SimpleNamespace(id="free", source=source)
     base, name = fit_of(0.0), fit_of(-1000.0, "quadratic_drag")
-    free = SimpleNamespace(bic=-1000.0 * scored, value=0.0, terms=(SimpleNamespace(id="free"),))
+    free = SimpleNamespace(bic=-1000.0 * scored, value=0.0, terms=(free_term,))
     rounds = Round(
         base, (), (Attempt(name, name.terms[0], 1000.0, 1000.0),),
         (Attempt(free, free.terms[0], 1000.0 * scored, 1000.0 * scored),),
@@ -97,4 +102,4 @@ def test_a_free_shape_that_rivals_a_name_comes_to_its_end_too(monkeypatch, score
     end = SimpleNamespace(bic=-1500.0, value=-1500.0, terms=free.terms)
     monkeypatch.setattr(rivals, "polished", lambda setting, fit: end)
     found = rivals.with_rival_shape(None, rounds, fit_of(-980.0, "quadratic_drag"))
-    assert found.shapes[0].criterion == pytest.approx(1520.0 if carried else 700.0)
+    assert found.shapes[0].criterion == pytest.approx(1520.0 if carried else 1000.0 * scored)

@@ -14,7 +14,7 @@ from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import added, without
 from drill_env.diagnosis.joint import WORTH_A_ROUND, descend_jointly, polished
 from drill_env.diagnosis.lost_counts import LostCounts
-from drill_env.diagnosis.rounds import NEEDED, NEEDED_BESIDE, Round, limit_reached
+from drill_env.diagnosis.rounds import NEEDED, NEEDED_BESIDE, Round, limit_reached, place_of
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import Effect
 from drill_env.prediction.criteria import Criteria
@@ -126,20 +126,24 @@ def refined(
 
 
 def with_rival_shape(setting: Setting, found: Round, best: Fit) -> Round:
-    """The round with its best free shape carried to its end, where a name may not stand for it.
+    """The round with its best free shape elsewhere carried to its end, where that may go before.
 
     Descents of shapes end where they seem to decide nothing; what is compared has come to its end.
+    A shape at the name's place over the same coordinate is the name's own curve, and no rival.
 
     Args:
         setting: recordings and free parameters.
         found: the round, its best name refined.
         best: the fit of that name.
     """
-    shape, *others = found.shapes or (None,)
-    if shape is None or shape.criterion < Criteria().share * found.named[0].criterion:
+    name = found.named[0]
+    elsewhere = [a for a in found.shapes if place_of(a.term) != place_of(name.term)]
+    shape = elsewhere[0] if elsewhere else None
+    if shape is None or shape.criterion < Criteria().share * name.criterion:
         return found
+    others = [a for a in found.shapes if a is not shape]
     # On the scale on which the name is told.
-    lead = found.named[0].criterion - attempted(found.before, best).criterion
+    lead = name.criterion - attempted(found.before, best).criterion
     there = attempted(found.before, polished(setting, shape.fit))
     there = replace(there, gain=there.gain + lead, criterion=there.criterion + lead)
     return replace(found, shapes=tuple(best_of_each([there, *others])))
