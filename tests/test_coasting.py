@@ -203,9 +203,9 @@ def test_nobody_is_offered_coasting_whose_bridge_is_never_off():
     on = replace(axis_run(1), bridge=np.ones(len(axis_run(1))))
     assert left_out_of_search([on]) == ("coasting",)
     # Where nothing tells, the bridge may be off in the rows of no voltage.
-    untold = replace(axis_run(1), bridge=None)
-    assert left_out_of_search([on, untold]) == ()
-    assert left_out_of_search([replace(untold, drive="torque")]) == ("coasting",)
-    assert left_out_of_search([replace(untold, u=np.where(on.u == 0.0, 0.1, on.u))]) == (
+    unstated = replace(axis_run(1), bridge=None)
+    assert left_out_of_search([on, unstated]) == ()
+    assert left_out_of_search([replace(unstated, drive="torque")]) == ("coasting",)
+    assert left_out_of_search([replace(unstated, u=np.where(on.u == 0.0, 0.1, on.u))]) == (
         "coasting",
     )

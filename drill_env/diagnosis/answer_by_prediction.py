@@ -45,7 +45,7 @@ def answer_by_prediction(
         choices: one for each round of the search.
         before: the rig alone, fitted.
         after: with what was found.
-        whole: the same fitted to all recordings, whose numbers are told.
+        whole: the same fitted to all recordings, whose numbers are reported.
         fold: what was fitted, and what judges.
         leads: times ahead, s.
         options: of the diagnosis.

@@ -42,7 +42,7 @@ class PredictionDiagnosis:
         choices: one for each round of the search.
         before: the rig alone, fitted to the recordings that were given for that.
         after: with what was found, fitted to these too.
-        whole: the same fitted to all recordings: of it are the numbers that are told.
+        whole: the same fitted to all recordings, whose numbers are reported.
         fold: those recordings, and the unseen ones.
         leads: times ahead, s.
         start: the given rig.

@@ -142,7 +142,7 @@ def with_rival_shape(setting: Setting, found: Round, best: Fit) -> Round:
     if shape is None or shape.criterion < Criteria().share * name.criterion:
         return found
     others = [a for a in found.shapes if a is not shape]
-    # On the scale on which the name is told.
+    # On the scale of the name's own criterion.
     lead = name.criterion - attempted(found.before, best).criterion
     there = attempted(found.before, polished(setting, shape.fit))
     there = replace(there, gain=there.gain + lead, criterion=there.criterion + lead)

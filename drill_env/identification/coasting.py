@@ -19,8 +19,8 @@ def left_out_of_search(recordings: Sequence[Recording]) -> tuple[str, ...]:
 
 def _may_coast(recording: Recording) -> bool:
     """Whether the bridge is off in some rows, or nothing tells whether it is where u is 0."""
-    untold = recording.bridge is None and recording.drive == "voltage"
-    return recording.coasts() or (untold and bool((recording.u == 0.0).any()))
+    unstated = recording.bridge is None and recording.drive == "voltage"
+    return recording.coasts() or (unstated and bool((recording.u == 0.0).any()))
 
 
 def untold_coasting(recording: Recording, rig: Rig) -> bool:

@@ -144,7 +144,7 @@ def explained(
 
 
 def fitted_to_all(found: Explained) -> Fit:
-    """What was found, fitted to every recording: numbers are told the better by more of them.
+    """What was found, fitted to every recording: more of them determine its numbers better.
 
     Unseen recordings decided what is missing; that is done. The better of the descents from each
     fold's fit.
