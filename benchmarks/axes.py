@@ -19,7 +19,16 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.axis_maker import COMPONENTS, DIFFERING, LISTED, SIBLINGS, UNLISTED, draw, recorded
+from benchmarks.axis_maker import (
+    COMPONENTS,
+    DIFFERING,
+    LISTED,
+    SIBLINGS,
+    UNLISTED,
+    Axis,
+    draw,
+    recorded,
+)
 from drill_env.diagnosis.diagnose import diagnose
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.result import DiagnosisResult
@@ -56,16 +65,22 @@ def judged(term: str, found: DiagnosisResult) -> str:
     return "place" if not named and told == where else "wrong"
 
 
-def row_of(case: int, seed: int) -> dict[str, Any]:
-    """What is said of one axis, and whether it is right."""
-    rng, began = np.random.default_rng([seed, case]), time.process_time()
+def axis_of(case: int, seed: int) -> tuple[Axis, list[Recording], Rig]:
+    """One axis, its four recordings, and its rig file."""
+    rng = np.random.default_rng([seed, case])
     axis = draw(ORDER[case % len(ORDER)], rng)
     runs = []
     for i in range(4):
         made = recorded(axis, rng)
         step = made.pop("step")
         runs.append(Recording(**made, quanta={"theta_u": step}, source=f"axis {case}, run {i}"))
-    rig = Rig.one_inertia(**axis.given)
+    return axis, runs, Rig.one_inertia(**axis.given)
+
+
+def row_of(case: int, seed: int) -> dict[str, Any]:
+    """What is said of one axis, and whether it is right."""
+    began = time.process_time()
+    axis, runs, rig = axis_of(case, seed)
     options = DiagnosisOptions(given_rig=True, doubt=0.1)
     found = diagnose(runs[:2], rig, runs[2:], options=options).result
     first = found.effects[0] if found.effects else None

@@ -1,21 +1,19 @@
-"""Three models of real axes, each scored in the windows of one of the other two.
+"""Three models of real axes, scored in the windows of the diagnosis and of a yardstick.
 
 python -m benchmarks.real_peers --recordings ../shared/recordings \
     --yardstick ../shared/design/window_score.py
 
 The diagnosis, a yardstick (one file that fits by simulated windows) and plain least squares of the
-torque balance each make a model of the same recordings. Every model is then simulated by the
-yardstick's own code in its own windows of recordings that were not fitted, begun from its own
-starts: that favours it. Least squares is given the terms that the machine has.
+torque balance each make a model of the same recordings. Every model then predicts recordings that
+were not fitted, twice: by the yardstick's own code in its own windows, begun from its own starts,
+which favours it, and by the package in the windows of the diagnosis, with the delay of the drive
+that this found, which favours that. Least squares is given the terms that the machine has.
 """
 
 from __future__ import annotations
 
-import contextlib
-import importlib.util
-import io
 import json
-import sys
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -25,19 +23,13 @@ import numpy as np
 import typer
 from rich.console import Console
 from rich.table import Table
-from scipy.signal import savgol_filter
 
+from benchmarks.peer_models import least_squares, numbers_of, rig_of, searched, yardstick_of
 from benchmarks.real_rigs import MACHINES
-from drill_env._types import FloatArray
 from drill_env.diagnosis.by_prediction import PredictionDiagnosis
 from drill_env.diagnosis.diagnose import diagnose
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.parameters import Rig
-
-# Savitzky and Golay's parabola over this many seconds gives speeds and accelerations.
-_SMOOTHED = 0.05
-# Rows below this share of the highest speed may be at rest, where friction is no sign.
-_MOVING = 0.02
 
 
 @dataclass(frozen=True)
@@ -64,130 +56,40 @@ AXES = {
 }
 
 
-def yardstick_of(path: Path) -> ModuleType:
-    """The yardstick's module."""
-    spec = importlib.util.spec_from_file_location("yardstick", path)
-    if spec is None or spec.loader is None or not path.exists():
-        raise typer.BadParameter(f"{path}: no Python file; give the yardstick's")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["yardstick"] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-def searched(axis: Any) -> tuple[list[str], FloatArray]:
-    """What the yardstick names, and its numbers with all of it."""
-    last: list[FloatArray] = []
-    noise = axis.noise
-
-    def kept(numbers: FloatArray) -> None:
-        # The scale of errors is found anew for each model that is taken, the last one last.
-        last.append(numbers)
-        noise(numbers)
-
-    axis.noise = kept
-    with contextlib.redirect_stdout(io.StringIO()):
-        named = axis.search()
-    return named, last[-1]
-
-
-def diagnosed(
-    machine: str, root: Path, km: float, neutral: FloatArray, place: dict[str, int]
-) -> FloatArray:
-    """The numbers of the rig that the diagnosis makes, in the yardstick's order.
-
-    It is the one that had not seen the recordings that judge. Its drive may have been read in
-    another unit: what `km` is there tells.
-    """
+def diagnosed(machine: str, root: Path) -> PredictionDiagnosis:
+    """The diagnosis of a machine that is told to be an axis, or half of one with a string."""
     told = MACHINES[machine]
     fit, held, rig = told.read(root)
     options = DiagnosisOptions(given_rig=True, doubt=told.doubt)
     found = diagnose(fit, rig, held, options=options)
-    ended = found.after.rig if isinstance(found, PredictionDiagnosis) else found.rig
-    numbers = in_yardsticks(ended, neutral, place)
-    numbers[place["km"]] *= km / rig.km
-    if isinstance(found, PredictionDiagnosis) and rig.inertias == 2:
-        # The diagnosis counts the other end from where the string is not twisted.
-        cut = found.fold.setting.cuts[0]
-        moved = np.nanmedian(cut.lower - cut.samples.recording.channel("theta_l"))
-        numbers[place["O"]] -= numbers[place["Kx"]] * moved
-    return numbers
+    if not isinstance(found, PredictionDiagnosis):
+        raise typer.BadParameter(f"{machine}: not diagnosed by windows; leave it out")
+    return found
 
 
-def in_yardsticks(rig: Rig, neutral: FloatArray, place: dict[str, int]) -> FloatArray:
-    """A rig of one inertia, or the driven disc of one with a string, in the yardstick's order."""
-    numbers = neutral.copy()
-    own = {"km": rig.km, "J": rig.Ju, "B": rig.bu, "C": rig.Tsu, "O": rig.dTsu, "Ba": rig.dbu}
-    if rig.inertias == 2:
-        own["Kx"] = rig.ktheta
-    for effect in rig.effects:
-        for name, size in _terms(effect).items():
-            own[name] = own.get(name, 0.0) + size
-    for name, size in own.items():
-        numbers[place[name]] = size
-    return numbers
-
-
-def _terms(effect: Any) -> dict[str, float]:
-    match effect["id"]:
-        case "upper_coulomb":
-            return {"C": effect["torque"]}
-        case "upper_offset":
-            return {"O": effect["torque"]}
-        case "upper_viscous":
-            return {"B": effect["damping"]}
-        case "upper_load_friction":
-            return {"LU": effect["coefficient"]}
-        case "upper_unbalance":
-            # torque cos(theta + phase) is minus the yardstick's Ws sin + Wc cos.
-            size, phase = effect["torque"], effect["phase"]
-            return {"Ws": size * np.sin(phase), "Wc": -size * np.cos(phase)}
-        case other:
-            raise typer.BadParameter(f"{other}: the yardstick cannot simulate it; leave it out")
-
-
-def least_squares(
-    recordings: Any, km: float, terms: tuple[str, ...], neutral: FloatArray, place: dict[str, int]
-) -> FloatArray:
-    """The torque balance solved for its terms, the motor's constant given."""
-    rows, drives = [], []
-    for t, u, angle, other in recordings:
-        dt = float(np.median(np.diff(t)))
-        even = np.arange(t[0], t[-1], dt)
-        width = max(int(_SMOOTHED / dt) // 2 * 2 + 1, 5)
-        read = np.interp(even, t, angle)
-        w, a = (savgol_filter(read, width, 2, deriv=d, delta=dt) for d in (1, 2))
-        # All of the balance goes through the same filter (Janot's rule for such fits).
-        drive = savgol_filter(km * np.interp(even, t, u), width, 2)
-        parts = {
-            "J": a, "B": w, "C": np.sign(w), "O": np.ones_like(w), "Ws": np.sin(read),
-            "Wc": np.cos(read), "Kx": -savgol_filter(np.interp(even, t, other), width, 2),
-        }  # fmt: skip
-        moving = np.abs(w) > _MOVING * np.abs(w).max()
-        rows.append(np.column_stack([parts[name] for name in terms])[moving])
-        drives.append(drive[moving])
-    found = np.linalg.lstsq(np.concatenate(rows), np.concatenate(drives))[0]
-    numbers = neutral.copy()
-    numbers[place["km"]] = km
-    for name, size in zip(terms, found, strict=True):
-        numbers[place[name]] = size
-    return numbers
+def in_own_windows(rig: Rig | None, found: PredictionDiagnosis) -> list[float]:
+    """Root mean square errors of a rig at each lead of the diagnosis; nothing without a rig."""
+    if rig is None:
+        return []
+    shift = float(found.after.vector[-1])
+    errors = np.concatenate([cut.errors(rig, shift) for cut in found.fold.unseen])
+    return [float(x) for x in np.sqrt(np.mean(errors[..., 0] ** 2, axis=0))]
 
 
 def row_of(name: str, axis: Any, module: ModuleType, root: Path) -> dict[str, Any]:
-    """Errors of the three models at the longest lead, and at all of them."""
+    """Errors of the models at each lead, in the windows of the yardstick and of the diagnosis."""
     peered, place, neutral = AXES[name], module.I, module.NEUTRAL
     recordings = list({id(w[0]): w[:4] for w in axis.fit_windows}.values())
-    given = axis.base.copy()
+    given, km = axis.base.copy(), axis.start["km"]
     named, best = searched(axis)
+    found = diagnosed(peered.machine, root)
     models = {
         "as given": given,
-        "diagnosis": diagnosed(peered.machine, root, axis.start["km"], neutral, place),
+        "diagnosis": numbers_of(found, km, neutral, place),
         "yardstick": best,
-        "least squares": least_squares(
-            recordings, axis.start["km"], peered.terms, neutral, place
-        ),
-    }  # fmt: skip
+        "least squares": least_squares(recordings, km, peered.terms, neutral, place),
+    }
+    rigs = {who: rig_of(model, found, km, neutral, place) for who, model in models.items()}
     errors = {
         who: [float(np.sqrt(np.mean(axis.at(numbers, axis.hold_windows, lead) ** 2)))
               for lead in axis.leads]
@@ -196,6 +98,8 @@ def row_of(name: str, axis: Any, module: ModuleType, root: Path) -> dict[str, An
     return {
         "axis": name, "yardstick_names": named, "leads_s": [float(x) for x in axis.leads],
         "errors": errors, "windows": len(axis.hold_windows),
+        "own_leads_s": found.leads.tolist(),
+        "own_errors": {who: in_own_windows(rig, found) for who, rig in rigs.items()},
         "numbers": {
             who: {n: float(x) for n, x, z in zip(place, model, neutral, strict=True) if x != z}
             for who, model in models.items()
@@ -212,20 +116,25 @@ def main(
     """Fit every axis three times and print the errors of predictions of unseen recordings."""
     module = yardstick_of(yardstick)
     table = Table(
-        "axis", "lead", "as given", "diagnosis", "yardstick", "least squares", "to the best"
-    )
+        "axis", "windows of", "lead", "as given", "diagnosis", "yardstick", "least squares",
+        "to the best",
+    )  # fmt: skip
     rows = []
     for title, make in module.sets():
         name = title.split(" (")[0]
         if name not in AXES or (only and name not in only):
             continue
         rows.append(row := row_of(name, make(), module, recordings))
-        last = {who: told[-1] for who, told in row["errors"].items()}
-        best = min(last["yardstick"], last["least squares"])
-        table.add_row(
-            name, f"{row['leads_s'][-1]:.2g} s", *(f"{x:.3g}" for x in last.values()),
-            f"{last['diagnosis'] / best:.2f}",
-        )  # fmt: skip
+        for whose, leads, errors in (
+            ("yardstick", row["leads_s"], row["errors"]),
+            ("diagnosis", row["own_leads_s"], row["own_errors"]),
+        ):
+            last = {who: told[-1] if told else math.inf for who, told in errors.items()}
+            best = min(last["yardstick"], last["least squares"])
+            table.add_row(
+                name, whose, f"{leads[-1]:.2g} s", *(f"{x:.3g}" for x in last.values()),
+                f"{last['diagnosis'] / best:.2f}",
+            )  # fmt: skip
         if json_out is not None:
             json_out.write_text(json.dumps(rows, indent=1), encoding="utf-8")
     Console(width=120).print(table)

@@ -127,10 +127,11 @@ def weighed(rows: Sequence[Row], odds: Sequence[float], seed: int = 0) -> FloatA
 
     Pseudo-BMA with the Bayesian bootstrap over windows (Yao, Vehtari, Simpson and Gelman, Bayesian
     Analysis 13, 2018), over recordings where there are more than two, as windows of one recording
-    share the error of their model; times the prior odds. A number costs one nat (Akaike). The
-    errors of one window at several leads are one observation, of which their mean is the log
-    density: as a product of independent ones they would be sure of what they cannot know
-    (composite likelihood; Varin, Reid and Firth, Statistica Sinica 21, 2011).
+    share the error of their model; times the prior odds. A number costs one nat (Akaike).
+    The gains of a window are divided by how many leads it was predicted at, though they are of its
+    mean log density already: to a power below 1, as the likelihoods of models that all err are
+    too sure of the least wrong one (Gruenwald and van Ommen, Bayesian Analysis 12, 2017, who learn
+    that power; here it is not).
 
     Args:
         rows: the models.

@@ -176,11 +176,12 @@ def _again(
 ) -> tuple[list[Choice], tuple[Fit, ...]]:  # fmt: skip
     """Choose each of several effects once more, beside the others.
 
-    What was found first was judged while the rest was missing, and may have stood in for it.
+    What was found first was judged while the rest was missing, and may have stood in for it; so
+    may what was not clear then be clear now.
     """
     kept: list[Choice] = []
     for choice in choices:
-        rivals = [t.candidate for t in choice.found.names if t.row.weight > 0.0]
+        rivals = [t.candidate for t in choice.found.names if t.row.gain >= criteria.gain]
         choice = decided(searched(folds, without_first(here), rivals, report), criteria)
         # What is taken comes last among the fits, so that once round all stand in their order.
         here = choice.found.before if choice.chosen is None else choice.chosen.fits
