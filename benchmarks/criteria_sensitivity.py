@@ -1,6 +1,6 @@
 """How much the diagnosis of axes depends on each number of its criteria.
 
-python -m benchmarks.criteria_sensitivity --cases 28 --seed 31 --json out.json
+python -m benchmarks.criteria_sensitivity --cases 30 --seed 31 --json out.json
 
 Every axis of `benchmarks.axes` is diagnosed with the criteria as they are, and with one number at
 half and at double of it; of the share, which is at most 1, what it leaves of 1 is doubled and
@@ -15,6 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 from rich.console import Console
 from rich.progress import track
@@ -108,13 +109,15 @@ def table_of(rows: Sequence[dict[str, Any]]) -> Table:
 
 def main(
     json_out: Annotated[Path, typer.Option("--json", help="Rows; those in it are not made again.")],
-    cases: Annotated[int, typer.Option(help="How many axes.")] = 28,
+    cases: Annotated[int, typer.Option(help="How many axes.")] = 30,
     seed: Annotated[int, typer.Option(help="Of the axes.")] = 31,
 ) -> None:
     """Judge every variation on the same axes and print the counts."""
     rows = json.loads(json_out.read_text(encoding="utf-8")) if json_out.exists() else []
     done = {r["case"] for r in rows}
-    for case in track([c for c in range(cases) if c not in done]):
+    # In random order what is done when a run is stopped is a sample of all.
+    order = np.random.default_rng(seed).permutation(cases).tolist()
+    for case in track([c for c in order if c not in done]):
         rows.append(row_of(case, seed))
         json_out.write_text(json.dumps(rows, indent=1), encoding="utf-8")
     Console(width=120).print(table_of(rows))
