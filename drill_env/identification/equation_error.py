@@ -14,7 +14,9 @@ import numpy as np
 from drill_env._types import BoolArray, FloatArray
 from drill_env.recordings import Recording
 
-_CUTOFF = 3.0
+CUTOFF = 3.0
+"""Usual one, Hz: the discs of the paper swing against each other at 0.25 Hz."""
+
 _KEPT_RATE = 20.0
 _EDGE = 0.3
 _SHORTEST = 2.0
@@ -114,7 +116,7 @@ def with_integrals(recording: Recording) -> Recording:
     return replace(recording, **added) if added else recording
 
 
-def smoothed(recording: Recording, cutoff: float = _CUTOFF) -> Smoothed | None:
+def smoothed(recording: Recording, cutoff: float = CUTOFF) -> Smoothed | None:
     """Channels and derivatives for the fits; None where too little of the recording is left.
 
     Args:

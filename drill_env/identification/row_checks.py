@@ -8,10 +8,13 @@ import math
 import numpy as np
 
 from drill_env._types import BoolArray, FloatArray, IntArray
+from drill_env.parameters import Rig
 from drill_env.recordings import Channel, Recording, RecordingWarning, longest_run
 
 # Twice what a rig 30 % off the paper's reaches when the voltage jumps by 10 V, rad/s^2.
 _HARDEST = 150.0
+# Of the given rig likewise: its numbers may be off, and physics may be missing.
+_DOUBLED = 2.0
 _STEPS = 3.5
 _USUAL = 10.0
 _FROZEN_S = 1.0
@@ -20,15 +23,25 @@ _DRIVING_V = 0.5
 _TURNED, _TURNED_SHARE = 3.0, 0.05
 
 
-def check_rows(recording: Recording) -> list[RecordingWarning]:
+def check_rows(recording: Recording, rig: Rig | None = None) -> list[RecordingWarning]:
     """Remark rows that were lost, doubled or joined, and encoders that froze.
 
     Codes: "same_column", "duplicated_rows", "dropped_rows", "glued", "jump" and "dead_encoder".
 
     Args:
         recording: with at least one angle, in rad.
+        rig: as this recording drives it, if it is known; light discs change their speed faster.
     """
-    return _same(recording) or _frozen(recording) or _breaks(recording)
+    hardest = _HARDEST if rig is None else max(_HARDEST, _DOUBLED * _jerked(recording, rig))
+    return _same(recording) or _frozen(recording) or _breaks(recording, hardest)
+
+
+def _jerked(recording: Recording, rig: Rig) -> float:
+    """By how much an acceleration changes where the drive jumps or friction turns, rad/s^2."""
+    u = np.zeros(1) if recording.u is None else recording.u
+    largest = float(np.nanmax(np.abs(np.diff(u)), initial=0.0))
+    upper = (rig.km * largest + 2.0 * (rig.Tsu + abs(rig.dTsu))) / rig.Ju
+    return max(upper, 2.0 * rig.Tsl / rig.Jl)
 
 
 def _same(recording: Recording) -> list[RecordingWarning]:
@@ -43,11 +56,12 @@ def _same(recording: Recording) -> list[RecordingWarning]:
     return []
 
 
-def _breaks(recording: Recording) -> list[RecordingWarning]:
+def _breaks(recording: Recording, hardest: float) -> list[RecordingWarning]:
     """Steps between neighbouring rows that stand out of the motion around them."""
     t, angles = recording.t, recording.angles()
     excess: dict[Channel, FloatArray] = {name: _excess(t, theta) for name, theta in angles.items()}
-    limits = {name: _limit(t, excess[name], recording.quanta.get(name, 0.0)) for name in angles}
+    quanta = recording.quanta
+    limits = {name: _limit(t, excess[name], quanta.get(name, 0.0), hardest) for name in angles}
     flags: dict[Channel, BoolArray] = {name: _peaks(excess[name], limits[name]) for name in angles}
     odd = np.flatnonzero(np.any(list(flags.values()), axis=0))
     if len(odd) == 0:
@@ -88,11 +102,11 @@ def _excess(t: FloatArray, theta: FloatArray) -> FloatArray:
     return odd
 
 
-def _limit(t: FloatArray, excess: FloatArray, quantum: float) -> float:
+def _limit(t: FloatArray, excess: FloatArray, quantum: float, hardest: float) -> float:
     """The largest excess that torque, the encoder and the usual noise can make, rad."""
     usual = float(np.quantile(np.abs(excess), 0.9))
-    hardest = 0.5 * _HARDEST * float(np.median(np.diff(t))) ** 2
-    return max(_STEPS * quantum, _USUAL * usual, hardest)
+    torque = 0.5 * hardest * float(np.median(np.diff(t))) ** 2
+    return max(_STEPS * quantum, _USUAL * usual, torque)
 
 
 def _peaks(excess: FloatArray, limit: float) -> BoolArray:

@@ -18,6 +18,7 @@ from drill_env._types import FloatArray
 from drill_env.identification.alternatives import angle_or_none, explained, find_alternative
 from drill_env.identification.drive import driven_rig
 from drill_env.identification.equation_error import (
+    CUTOFF,
     LowerFit,
     Smoothed,
     UpperFit,
@@ -47,11 +48,15 @@ _EXPLAINED = 0.99
 _ALIKE = 1.5
 _SLOW_CUTOFF = 1.2
 _UNRELATED, _DRIVEN = 0.6, 0.4
+# Far below that frequency the discs turn as one, and twist is acceleration but for a factor: an
+# octave above it the whole swing is kept.
+_SWINGS = 2.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Case:
     recording: Recording
+    given: Rig | None
     s: Smoothed
     upper: UpperFit
     lower: LowerFit | None
@@ -118,18 +123,20 @@ def findings(
     )
     if not recording.angles():
         return ()
+    moved = recording.u is None or recording.drive == "motion"
+    given = None if rig is None or moved else driven_rig(rig, [recording])
     known = recording.loads() or recording.effects or recording.coasts()
-    if recording.u is None or recording.drive == "motion" or known:
+    if moved or known:
         # What the discs do is judged by the voltage, as if that alone moved them.
-        return tuple(check_rows(recording))
+        return tuple(check_rows(recording, given))
     # An integral jumps and stands still by the noise of the velocity: no encoder to be judged.
     whole = measured.angles().keys() == recording.angles().keys()
     other = find_alternative(recording) if whole else None
-    notes = [other] if other is not None else check_rows(recording) if whole else []
+    notes = [other] if other is not None else check_rows(recording, given) if whole else []
     # Across a jump every derivative is wrong.
     if notes or recording.has_note("jump"):
         return tuple(notes)
-    found = _physics(recording, rig, alone, most)
+    found = _physics(recording, rig, given, alone, most)
     return () if found is None else (_as_recorded(found, measured),)
 
 
@@ -144,16 +151,16 @@ def _as_recorded(note: RecordingWarning, measured: Recording) -> RecordingWarnin
 
 
 def _physics(
-    recording: Recording, rig: Rig | None, alone: bool, most: float
+    recording: Recording, rig: Rig | None, given: Rig | None, alone: bool, most: float
 ) -> RecordingWarning | None:
     if recording.theta_u is None:
         return _lower_alone(recording)
-    s = smoothed(recording)
+    s = smoothed(recording, CUTOFF if given is None else max(CUTOFF, _SWINGS * _swing(given)))
     upper = None if s is None else fit_upper(s)
     if s is None or upper is None:
         return None
     lower = None if recording.theta_l is None else fit_lower(s)
-    case = _Case(recording, s, upper, lower)
+    case = _Case(recording, given, s, upper, lower)
     # A string whose other end is not seen disturbs the disc like a wrong voltage.
     whole = alone or recording.theta_l is not None
     for check in (_swapped, _shifted, _unrelated, _signs) if whole else (_signs,):
@@ -163,9 +170,13 @@ def _physics(
     found = compare_encoders(upper, lower, rig)
     # How much a Nm moves is another rig's, and no unit's.
     if found is None and (recording.drive == "voltage" or rig is not None):
-        given = None if rig is None else driven_rig(rig, [recording])
         found = compare_sizes(s, upper, lower, given, most)
     return None if found is None else case.note(*found)
+
+
+def _swing(rig: Rig) -> float:
+    """Frequency at which the discs swing against each other, Hz."""
+    return math.sqrt(rig.ktheta * (1.0 / rig.Ju + 1.0 / rig.Jl)) / (2.0 * math.pi)
 
 
 def _is_natural(s: Smoothed, upper: UpperFit | None, lower: LowerFit | None) -> bool:
@@ -184,6 +195,9 @@ def _is_natural(s: Smoothed, upper: UpperFit | None, lower: LowerFit | None) -> 
 
 def _swapped(case: _Case) -> RecordingWarning | None:
     if case.lower is None or _is_natural(case.s, case.upper, case.lower):
+        return None
+    if case.given is not None and case.given.Jl >= case.given.Ju:
+        # The string then moves the upper disc more, as it would with the columns exchanged.
         return None
     upper, lower = fit_upper(case.s, 1), fit_lower(case.s, 0)
     if upper is None or lower is None or not _is_natural(case.s, upper, lower):
@@ -267,7 +281,11 @@ def _power(u: FloatArray, omega: FloatArray) -> float:
 
 def _unrelated(case: _Case) -> RecordingWarning | None:
     varied = float(np.std(case.s.u)) > 0.2 * math.sqrt(float(np.mean(case.s.u**2)))
-    if not varied or (case.upper.share > _UNRELATED and case.upper.driven > _DRIVEN):
+    if (
+        not varied
+        or _drives_as_given(case)
+        or (case.upper.share > _UNRELATED and case.upper.driven > _DRIVEN)
+    ):
         return None
     # Backlash shakes the disc, but slowly seen the voltage still moves it.
     share, sign = explained(smoothed(case.recording, _SLOW_CUTOFF))
@@ -280,6 +298,14 @@ def _unrelated(case: _Case) -> RecordingWarning | None:
         "and theta_u the angle of the disc"
     )
     return case.note("unrelated", text)
+
+
+def _drives_as_given(case: _Case) -> bool:
+    """Whether the drive moves the disc as on the given rig, however much else moves it."""
+    if case.given is None or case.upper.drive.sign <= 0:
+        return False
+    usual = case.given.km / case.given.Ju
+    return abs(math.log(case.upper.drive.value / usual)) < math.log(INCOMPLETE)
 
 
 def _lower_alone(recording: Recording) -> RecordingWarning | None:
