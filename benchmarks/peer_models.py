@@ -86,11 +86,13 @@ def rig_of(
         return None
     weight = {"torque": float(np.hypot(sine, cosine)), "phase": float(np.arctan2(sine, -cosine))}
     effects = [{"id": "upper_unbalance", **weight}] if weight["torque"] else []
+    offset = own["O"] + own["Kx"] * moved_zero(found)
+    effects += [{"id": "upper_offset", "torque": offset}] if offset else []
     effects += [{"id": "upper_load_friction", "coefficient": load}] if load else []
     try:
         rig = found.start.replace(
             km=own["km"] * found.start.km / km, Ju=own["J"], bu=own["B"], Tsu=own["C"],
-            dTsu=own["O"] + own["Kx"] * moved_zero(found), dbu=own["Ba"], effects=effects,
+            dTsu=0.0, dbu=own["Ba"], effects=effects,
         )  # fmt: skip
         return rig.replace(ktheta=own["Kx"]) if rig.inertias == 2 else rig
     except InputError:

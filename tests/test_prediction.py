@@ -18,6 +18,7 @@ from drill_env.effects import LIBRARY
 from drill_env.effects.along import Motion
 from drill_env.integrator import sampled_voltage, simulate
 from drill_env.integrator.windows import Windows
+from drill_env.prediction.candidate import Scales, candidate_of
 from drill_env.prediction.compare import row_of, standard_error, weighed, z_of
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.families import FAMILIES
@@ -291,6 +292,19 @@ def test_a_free_shape_is_told_with_the_names_that_come_nearest_at_its_place():
     named = chosen([*entrants[:4], entrant("upper_shape", 5.0, named=False)], Criteria())
     assert named.chosen is not None and named.chosen.named
     assert named.grades.nearest == ()
+
+
+def test_a_limit_of_the_current_may_lie_above_every_voltage():
+    """A capstan's limit of 27 V, by 24 V and as much back EMF at each reversal, was not found."""
+    scales = Scales(
+        torque=20.0, speed=15.0, voltage=24.0, middle=0.0, way=10.0, interval=5e-3, seconds=30.0
+    )
+    capstan = candidate_of(LIBRARY["current_limit"], scales)
+    levels = [capstan.entry(z)["level"] for z, _ in capstan.starts()]
+    assert min(levels) < 24.0 < 27.0 < max(levels) <= 48.0
+    # What acts on the voltage alone cuts nothing off above it.
+    clipped = candidate_of(LIBRARY["amplifier_saturation"], scales)
+    assert max(clipped.entry(z)["level"] for z, _ in clipped.starts()) < 24.0
 
 
 def test_a_window_is_one_observation_at_however_many_leads():

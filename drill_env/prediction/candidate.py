@@ -172,6 +172,9 @@ def candidate_of(effect: Effect, scales: Scales) -> Candidate:
             continue
         if p.role == "shape":
             values = _grid(p, scales)
+            if p.name == "level" and any(q.name == "back_emf" for q in effect.parameters):
+                # When the motion turns, the back EMF adds to the voltage that reverses it.
+                values = tuple(sorted({*values, *(2.0 * value for value in values)}))
             least = max(p.low, values[0] / _BEYOND, 1e-12)
             if p.name == "level":
                 # What cuts off most of the drive lets the rig coast and predicts for that alone.
