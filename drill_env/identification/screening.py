@@ -302,10 +302,9 @@ def _unrelated(case: _Case) -> RecordingWarning | None:
 
 def _drives_as_given(case: _Case) -> bool:
     """Whether the drive moves the disc as on the given rig, however much else moves it."""
-    if case.given is None or case.upper.drive.sign <= 0:
-        return False
-    usual = case.given.km / case.given.Ju
-    return abs(math.log(case.upper.drive.value / usual)) < math.log(INCOMPLETE)
+    usual = 0.0 if case.given is None else case.given.km / case.given.Ju
+    found = case.upper.drive
+    return found.sign > 0 and usual / INCOMPLETE < found.value < INCOMPLETE * usual
 
 
 def _lower_alone(recording: Recording) -> RecordingWarning | None:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 class Criteria:
     """Settings of the search by prediction, each with its source.
 
+    What half and twice of each does to the answers is in docs/proof.md.
+
     Attributes:
         leads: times ahead at which a window is judged, in shares of the horizon, after three
             sampling intervals. Short ones see sensors and delays, long ones physics; at one alone a
