@@ -57,7 +57,7 @@ AXES = {
 
 
 def diagnosed(machine: str, root: Path) -> PredictionDiagnosis:
-    """The diagnosis of a machine that is told to be an axis, or half of one with a string."""
+    """The diagnosis of an axis, or of the driven disc of a machine with a string."""
     told = MACHINES[machine]
     fit, held, rig = told.read(root)
     options = DiagnosisOptions(given_rig=True, doubt=told.doubt)
