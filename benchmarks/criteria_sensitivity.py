@@ -71,8 +71,9 @@ class Kept:
     ) -> search.Round:  # fmt: skip
         """As `search.searched`."""
         fits = tuple((b.packed.tobytes(), b.errors.tobytes(), b.value) for b in before)
-        limits = tuple((f.setting.criteria.degrees, f.setting.criteria.reach) for f in folds)
-        key = (fits, limits, tuple(c.id for c in candidates))
+        # What fits depend on besides their start.
+        told = folds[0].setting.criteria
+        key = (fits, told.degrees, told.reach, told.shift, tuple(c.id for c in candidates))
         if key not in self.rounds:
             self.rounds[key] = search.searched(folds, before, candidates, report)
         return self.rounds[key]
