@@ -13,6 +13,11 @@ ASKED = "asked"
 """That somebody asked for the end."""
 
 
+def never() -> bool:
+    """Nobody ends it."""
+    return False
+
+
 class Watch:
     """A report that ends a search when its time is over or when somebody asks for it.
 
@@ -34,11 +39,20 @@ class Watch:
         self.ended = ""
         self._began = time.process_time()
 
+    def over(self) -> bool:
+        """Whether it is ended, asked within one thing that takes long."""
+        if not self.ended and time.process_time() - self._began > self.seconds:
+            self.ended = f"{self.seconds:g} s of CPU"
+        return bool(self.ended)
+
     def __call__(self, text: str) -> bool:
         """Tell what is done next; returns whether to leave it out if that is possible."""
         asked = self.report(text) is True
         if not self.ended and asked:
             self.ended = ASKED
-        elif not self.ended and time.process_time() - self._began > self.seconds:
-            self.ended = f"{self.seconds:g} s of CPU"
-        return bool(self.ended)
+        return self.over()
+
+
+def over_by(report: Report) -> Callable[[], bool]:
+    """What tells, within one thing that takes long, whether a report ended it."""
+    return report.over if isinstance(report, Watch) else never

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import signal
 import time
+from dataclasses import replace
 
 import pytest
 
 from benchmarks.concealed.recordings import Hidden
 from drill_env import InputError, Rig
-from drill_env._watch import Watch
+from drill_env._watch import Watch, over_by
 from drill_env.cli._common import first_interrupt
+from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.diagnose import diagnose
+from drill_env.diagnosis.extended import evaluate
+from drill_env.diagnosis.joint import descend_jointly
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.effects import LIBRARY
+from drill_env.identification.samples import prepare
 from tests.made_recordings import made
 
 
@@ -104,3 +109,18 @@ def test_what_is_known_by_then_is_judged(recordings, last, found):
     else:
         # One candidate was tried; where the others are left out, the next one is told.
         assert 1 <= sum(text.startswith("trying") for text in told) <= 2
+
+
+def test_a_descent_ends_within_when_the_time_is_over(recordings):
+    """One candidate may take longer than all that is left."""
+    samples = [prepare(r, Rig.paper()) for r in recordings]
+    setting, start = base_fit(samples, Rig.paper().replace(km=4.0), ("km", "Jl"))
+    far = evaluate(
+        setting, setting.coordinates.vector(setting.coordinates.base), (), start.noise,
+        start.starts, start.motions,
+    )  # fmt: skip
+    watch = Watch(lambda text: None, 0.0)
+    whole = descend_jointly(setting, far, limit=10, enough=1e-6)
+    part = descend_jointly(replace(setting, over=over_by(watch)), far, limit=10, enough=1e-6)
+    assert whole.value < part.value < far.value
+    assert watch.ended == "0 s of CPU"

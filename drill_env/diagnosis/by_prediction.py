@@ -24,10 +24,11 @@ from drill_env.identification.samples import Samples, prepare
 from drill_env.parameters import Rig
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.cut import cut, leads_of, upper_axis
-from drill_env.prediction.decide import Choice, Explained, explained, fitted_to_all
+from drill_env.prediction.decide import Choice, Explained, explained
 from drill_env.prediction.fit import Fit
 from drill_env.prediction.motion import motion_as_read
 from drill_env.prediction.offer import candidates_for, free_names
+from drill_env.prediction.refit import refitted
 from drill_env.prediction.search import Fold, folds_of
 from drill_env.prediction.setting import Setting
 from drill_env.recordings import Recording
@@ -111,9 +112,11 @@ def diagnose_by_prediction(
             looks.append(look(horizon))
         placed = [one for one in looks if one[0].placed]
         found, leads = looks[-1] if looks[-1][0].told or not placed else placed[0]
-        report("fitting all recordings")
-        before, after, fold = found.alone, found.fits[0], found.folds[0]
-        whole = fitted_to_all(found)
+        report("fitting all readings")
+        fold = found.folds[0]
+        before = refitted([found.alone], found.alone.setting.cuts)
+        after = refitted(found.fits[:1], fold.setting.cuts)
+        whole = refitted(found.fits, (*fold.setting.cuts, *fold.unseen))
         result = answer_by_prediction(found.choices, before, after, whole, fold, leads, options)
     return PredictionDiagnosis(
         result, tuple(found.choices), before, after, whole, fold, leads, rig, whole.rig

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -49,6 +49,8 @@ from drill_env.recordings import Recording
 
 # Share of the time that the search may take; judging took 9 to 24 % of twelve concealed cases.
 _SEARCH = 0.75
+# And with a search at the driven disc alone after it, whose judging takes a few seconds.
+_BOTH = 0.9
 # 5 s predictions with another friction law that are so many times as far off, all of them, refute
 # it; with a right but faint effect they were 1.1 times as far.
 _FAR_WORSE = 1.25
@@ -112,15 +114,17 @@ def diagnose(
     watch = Watch(report, options.seconds)
     driven_rig(rig, [*recordings, *holdout])
     if rig.inertias == 1:
+        watch = Watch(report, _BOTH * options.seconds)
         return _told(diagnose_by_prediction(recordings, rig, holdout, options, watch), watch)
     declared(rig)
     check_told([*recordings, *holdout])
     # The matrices are small: threads of the linear algebra would only wait for each other.
     first = Watch(report, _SEARCH * options.seconds)
     with threadpool_limits(1):
-        whole = _told(_diagnose(recordings, holdout, rig, options, first), first)
+        whole = _told(_diagnose(recordings, holdout, rig, options, first, watch.over), first)
     if whole.result.verdict != "unexplained" or first.ended == ASKED:
         return whole
+    watch.seconds = _BOTH * options.seconds
     driven = _at_the_driven_disc(recordings, rig, holdout, options, watch)
     return whole if driven is None else _told(driven, watch)
 
@@ -173,7 +177,7 @@ def _scale(samples: Sequence[Samples], fixed: Container[str]) -> str:
 
 def _diagnose(
     recordings: Sequence[Recording], holdout: Sequence[Recording], rig: Rig,
-    options: DiagnosisOptions, report: Report,
+    options: DiagnosisOptions, report: Report, over: Callable[[], bool],
 ) -> Diagnosis:  # fmt: skip
     every, given = [*recordings, *holdout], rig.replace(**options.fixed)
     options = replace(options, fixed=with_known_scale(every, options.fixed))
@@ -194,7 +198,7 @@ def _diagnose(
             samples, rig, found, library, options.most, report, options.doubt, options.fixed
         )
     report("judging held-out recordings")
-    law, unseen, table = _held_out(found, law, held, options.seed)
+    law, unseen, table = _held_out(*_until(over, found, law), held, options.seed)
     found = unseen.found
     base = law.before if law else found.base
     faults = [f for f in find_faults(found.setting, found.final) if f.id not in options.leave_out]
@@ -205,6 +209,17 @@ def _diagnose(
         unseen.before, unseen.after, tuple(s.recording.source for s in unseen.samples),
         tuple(unseen.samples),
     )  # fmt: skip
+
+
+def _until(
+    over: Callable[[], bool], found: Found, law: LawFit | None
+) -> tuple[Found, LawFit | None]:
+    """What was found, with time of its own to be judged in."""
+    found = replace(found, setting=replace(found.setting, over=over))
+    if law is not None:
+        own, setting = _until(over, law.found, None)[0], replace(law.setting, over=over)
+        law = replace(law, found=own, setting=setting)
+    return found, law
 
 
 def _held_out(

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from drill_env._types import FloatArray
+from drill_env._watch import never
 from drill_env.diagnosis.rig_coordinates import RigCoordinates
 from drill_env.diagnosis.terms import Shape, Term
 from drill_env.effects.along import Motion
@@ -41,6 +42,7 @@ class Setting:
             themselves, rad.
         wide: noise of the rig alone, under which the filter follows readings that it cannot
             explain.
+        over: whether descents are to end where they are.
     """
 
     samples: tuple[Samples, ...]
@@ -50,6 +52,7 @@ class Setting:
     jitter: float = 0.0
     shown: Mapping[str, float] = field(default_factory=dict)
     wide: NoiseModel | None = None
+    over: Callable[[], bool] = never
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -215,6 +215,8 @@ def descend_until(
         gain = before - here.value
         if gain < max(enough, HOPE * (here.value - goal) / max(left, 1)):
             return here, gain < enough
+        if setting.over():
+            break
     return here, False
 
 

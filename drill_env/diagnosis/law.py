@@ -73,7 +73,8 @@ def law_fit(
     # The two laws have not the same parameters, which the criterion of one rig leaves out.
     more = len(free) - len(plain.setting.coordinates.free)
     price = more * math.log(max(plain.final.count, 2))
-    alone = base_fit(plain.setting.samples, humped, free, doubt)
+    setting, base = base_fit(plain.setting.samples, humped, free, doubt)
+    alone = replace(setting, over=plain.setting.over), base
     if _left_at_the_brake(plain):
         # The law has the rig's own in it: what it gains, it gains without the names too.
         if plain.base.bic - alone[1].bic <= price:

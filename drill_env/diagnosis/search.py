@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from drill_env._watch import Report
+from drill_env._watch import Report, over_by
 from drill_env.diagnosis.attempts import (
     FIRST_ROUNDS,
     best_of_each,
@@ -198,6 +199,7 @@ def find(
         report: told what is being done.
     """
     setting, base = cleaned_base(samples, rig, free, doubt, report)
+    setting = replace(setting, over=over_by(report))
     here, rounds = _sought(setting, base, effects, most, report)
     terms = len(here.terms)
     if terms and not report("asking again what was found first"):

@@ -143,21 +143,6 @@ def explained(
     return Explained(choices, alone, here, folds)
 
 
-def fitted_to_all(found: Explained) -> Fit:
-    """What was found, fitted to every recording: more of them determine its numbers better.
-
-    Unseen recordings decided what is missing; that is done. The better of the descents from each
-    fold's fit.
-
-    Args:
-        found: of `explained`.
-    """
-    cuts = (*found.folds[0].setting.cuts, *found.folds[0].unseen)
-    setting = replace(found.folds[0].setting, cuts=cuts)
-    tried = (fit(setting, one.vector, one.candidates, one.numbers) for one in found.fits)
-    return max(tried, key=lambda there: there.value)
-
-
 def _ids(choices: Sequence[Choice]) -> set[str]:
     return {c.chosen.candidate.id for c in choices if c.chosen is not None}
 

@@ -10,6 +10,8 @@ from drill_env.prediction.fit import Fit, all_slopes, spread_of
 from drill_env.prediction.likelihood import weights
 
 _STEP = 1e-4
+# Share of all information below which the other windows' is rounding.
+_ROUNDING = 1e-8
 
 
 def covariance(here: Fit) -> FloatArray:
@@ -19,19 +21,20 @@ def covariance(here: Fit) -> FloatArray:
     its own errors: each window's are those of a fit without it (CR3; Bell and McCaffrey, Survey
     Methodology 28, 2002).
     """
-    windows, degrees = len(here.errors), here.setting.criteria.degrees
-    root = np.sqrt(weights(here.errors, here.size, degrees))
-    columns = np.nan_to_num(all_slopes(here) / here.size[..., np.newaxis])
-    columns = (columns * root[..., np.newaxis]).reshape(windows, root[0].size, -1)
-    errors = (root * here.errors / here.size).reshape(windows, -1)
+    degrees = here.setting.criteria.degrees
+    heavy = np.sqrt(weights(here.errors, here.size, degrees))
+    columns = np.nan_to_num(all_slopes(here) / here.size[..., np.newaxis]) * heavy[..., np.newaxis]
+    told = np.einsum("wkcm,wkcn->wmn", columns, columns, optimize=True)
+    pulls = np.einsum("wkcm,wkc->wm", columns, heavy * here.errors / here.size)
     known = np.diag(1.0 / spread_of(here) ** 2)
-    curvature = np.einsum("wkm,wkn->mn", columns, columns, optimize=True)
-    bread = np.linalg.pinv(curvature + known, hermitian=True)
-    rest = np.eye(errors.shape[1]) - columns @ bread @ columns.swapaxes(1, 2)
-    # What one window alone determines has no error of its own, and no other tells one.
-    left = (np.linalg.pinv(rest, hermitian=True) @ errors[..., np.newaxis])[..., 0]
-    pulls = np.einsum("wkm,wk->wm", columns, left)
-    return np.asarray(bread @ (pulls.T @ pulls + known) @ bread, dtype=np.float64)
+    values, vectors = np.linalg.eigh(np.linalg.pinv(told.sum(axis=0) + known, hermitian=True))
+    # In the coordinates of this root a window's information is a share of all.
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    others = np.eye(len(known)) - root.T @ told @ root
+    # What one window alone determines, no other tells an error of.
+    without = np.linalg.pinv(others, rcond=_ROUNDING, hermitian=True)
+    pulls = np.einsum("wmn,wn->wm", without, pulls @ root)
+    return np.asarray(root @ (pulls.T @ pulls + root.T @ known @ root) @ root.T, dtype=np.float64)
 
 
 def quantile(here: Fit) -> float:
