@@ -195,10 +195,25 @@ def test_interval_of_a_share_solves_wilsons_equation():
     assert wilson(0, 10)[0] == 0.0 and 0 < wilson(0, 10)[1] < 0.5
 
 
+def test_a_calibrated_forecaster_errs_as_much_as_its_few_claims_let_it():
+    """Above one time in twenty, whether it claims the same or not."""
+    rng = np.random.default_rng(4)
+    above = []
+    for _ in range(300):
+        claims = rng.choice([0.96, 0.96, 0.96, 0.75, 0.5, 0.3], 60)
+        right = rng.random(60) < claims
+        rows = [{"probability": p, "first": bool(r)} for p, r in zip(claims, right, strict=True)]
+        found = calibration_error(rows)
+        above.append(found["error"] > found["if_calibrated_95"])
+    assert 0.02 < np.mean(above) < 0.09
+
+
 def test_calibration_error_of_a_forecaster_that_is_always_too_sure():
-    rows = [{"probability": 0.95, "first": i < 3} for i in range(4)]
+    rows = [{"probability": 0.95, "first": i % 4 < 3} for i in range(80)]
     rows += [{"probability": None, "first": False}]
-    assert calibration_error(rows)["error"] == pytest.approx(0.2)
+    found = calibration_error(rows)
+    assert found["error"] == pytest.approx(0.2)
+    assert found["if_calibrated"] < found["if_calibrated_95"] < 0.1
 
 
 def test_score_needs_the_answers_that_were_sealed(tmp_path: Path):

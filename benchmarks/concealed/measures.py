@@ -10,6 +10,8 @@ import numpy as np
 
 Row = dict[str, Any]
 _BINS = 10
+# Sets of outcomes that are drawn from the claims.
+_DRAWS = 2000
 
 
 def wilson(hits: int, n: int) -> tuple[float, float]:
@@ -91,17 +93,27 @@ def measure(rows: Sequence[Row]) -> dict[str, Any]:
 def calibration_error(rows: Sequence[Row]) -> Row:
     """Mean distance of claimed probability from the share of right claims, in ten bins.
 
-    Each case whose first effect has a probability counts, a null that names one as wrong.
+    Each case whose first effect has a probability counts, a null that names one as wrong. A bin
+    that holds few claims is off though they are calibrated: how far the error is then is drawn from
+    the claims themselves (Broecker and Smith, Weather and Forecasting 22, 2007).
     """
     claims = [(r["probability"], r["first"]) for r in rows if r["probability"] is not None]
-    bins, error = [], 0.0
-    for b in range(_BINS):
-        inside = [c for c in claims if min(int(c[0] * _BINS), _BINS - 1) == b]
-        if inside:
-            claimed, right = np.mean(np.array(inside, dtype=float), axis=0)
-            error += abs(claimed - right) * len(inside) / len(claims)
-            bins.append({"claimed": float(claimed), "right": float(right), "n": len(inside)})
-    return {"error": float(error) if claims else None, "n": len(claims), "bins": bins}
+    if not claims:
+        return {"error": None, "n": 0, "bins": []}
+    claimed, right = np.array(claims, dtype=float).T
+    places = np.minimum((claimed * _BINS).astype(int), _BINS - 1)
+    inside = places[:, np.newaxis] == np.unique(places)
+    count = inside.sum(axis=0)
+    drawn = np.random.default_rng(0).random((_DRAWS, len(claims))) < claimed
+    off = np.abs((np.vstack([right, drawn]) - claimed) @ inside).sum(axis=1) / len(claims)
+    error, *chance = off.tolist()
+    rates = zip(claimed @ inside / count, right @ inside / count, count, strict=True)
+    return {
+        "error": error, "n": len(claims),
+        "bins": [{"claimed": float(c), "right": float(r), "n": int(n)} for c, r, n in rates],
+        "if_calibrated": float(np.mean(chance)),
+        "if_calibrated_95": float(np.quantile(chance, 0.95)),
+    }  # fmt: skip
 
 
 def _left(rows: Sequence[Row]) -> Row:

@@ -31,7 +31,12 @@ def _value(entry: dict[str, Any]) -> str:
             f"({entry['low']:.1%} to {entry['high']:.1%})"
         )
     if "error" in entry:
-        return "no case" if entry["error"] is None else f"{entry['error']:.3f} over {entry['n']}"
+        if entry["error"] is None:
+            return "no case"
+        return (
+            f"{entry['error']:.3f} over {entry['n']}; calibrated, {entry['if_calibrated']:.3f} "
+            f"in the mean, one time in twenty above {entry['if_calibrated_95']:.3f}"
+        )
     if not entry["n"]:
         return "no case"
     refitted = f", {entry['refitted']} of them refitted" if entry.get("refitted") else ""
