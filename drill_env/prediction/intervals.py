@@ -10,8 +10,8 @@ from drill_env.prediction.fit import Fit, all_slopes, spread_of
 from drill_env.prediction.likelihood import weights
 
 _STEP = 1e-4
-# Share of all information below which the other windows' is rounding.
-_ROUNDING = 1e-8
+# Share of all information below which the other windows' is rounding: half the digits.
+_ROUNDING = float(np.sqrt(np.finfo(np.float64).eps))
 
 
 def covariance(here: Fit) -> FloatArray:
