@@ -101,8 +101,8 @@ def test_bad_arguments_are_named(unbalanced, arguments, named):
     ],
 )
 def test_what_has_no_amplitude_is_named_too(name, told, parameter, truth, within):
-    *fit, held = recordings([Hidden(name, told)], 4)
-    result = diagnose(fit, Rig(), [held]).result
+    made = recordings([Hidden(name, told)], 5)
+    result = diagnose(made[:3], Rig(), made[3:]).result
     assert [effect.id for effect in result.effects] == [name]
     number = result.effects[0].parameters[parameter]
     assert number.value == pytest.approx(truth, abs=within)

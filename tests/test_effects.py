@@ -276,6 +276,19 @@ def test_missed_counts_lose_their_share_of_the_way():
     assert run.readings[-1, 1] - run.theta_l[-1] == pytest.approx(-0.01 * way, rel=2e-3)
 
 
+def test_an_encoder_with_play_follows_a_reversal_over_its_width():
+    error, width = 0.02, 0.05
+    effect = {"id": "encoder_play_lower", "error": error, "width": width}
+    run = simulate(extended(effect), sampled_voltage(T, U), 20.0, t_eval=T)
+    way, z = np.diff(run.theta_l), np.zeros(len(T))
+    for i, step in enumerate(way.tolist()):
+        # Over a way in one direction what is behind comes to 1 exponentially.
+        side = math.copysign(1.0, step)
+        z[i + 1] = side + (z[i] - side) * math.exp(-abs(step) / width)
+    np.testing.assert_allclose(run.readings[:, 1], run.theta_l - error * z, atol=2e-5)
+    assert min(run.theta_l[1:] - run.theta_l[:-1]) < 0.0 < max(way) and np.ptp(z) > 1.9
+
+
 # -- stick-slip against another voltage or rig -----------------------------------------
 
 

@@ -24,6 +24,7 @@ _EFFECTS = {
     "encoder_delay_lower": {"delay": 0.0825},
     "encoder_delay_upper": {"delay": 0.03},
     "missed_counts_lower": {"share": 0.05, "speed": 1.0},
+    "encoder_play_lower": {"error": 0.02, "width": 0.01},
 }
 _T = np.arange(4001) * 0.005
 

@@ -151,6 +151,18 @@ def test_a_second_name_is_more_than_a_remainder_of_the_first(second, told, unsee
     assert ids == ["dwell_stiction", second][: 1 + stands]
 
 
+@pytest.mark.parametrize(
+    ("second", "stands"),
+    [("commutation_ripple", False), ("upper_asymmetry", False), ("gain_asymmetry", True)],
+)
+def test_what_a_law_of_an_angle_leaves_may_be_made_by_the_drive_or_beside_it(second, stands):
+    """An eccentric gear's lever arm has a second harmonic, which a motor's ripple has too."""
+    one = fit_of(1000.0, 500.0, named("gear_eccentricity"))
+    two = fit_of(1100.0, 550.0, *one.terms, named(second))
+    ids, _ = decision([one], final=two, steps=(one,))
+    assert ids == ["gear_eccentricity", second][: 1 + stands]
+
+
 def test_lost_counts_of_the_fitted_recordings_are_not_asked_of_others():
     """They would be less likely, as other counts are lost in them."""
     one = fit_of(500.0, -900.0, LOST)

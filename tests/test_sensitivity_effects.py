@@ -37,6 +37,8 @@ SETTINGS: dict[str, dict[str, float]] = {
     "presliding": {"distance": 0.15},
     "upper_friction_lag": {"time_constant": 0.05},
     "missed_counts_lower": {"speed": 2.0},
+    "encoder_play_lower": {"width": 0.3},
+    "encoder_play_upper": {"width": 0.3},
 }
 EXCLUDED = {"input_delay"}
 

@@ -8,6 +8,7 @@ from drill_env._types import FloatArray, IntArray
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import followed
 from drill_env.identification.samples import Samples
+from drill_env.prediction.likelihood import scales
 
 # Seconds within which innovations are taken as one: about a period of the string.
 _BLOCK = 5.0
@@ -16,6 +17,9 @@ _BLOCK = 5.0
 def block_densities(samples: Samples, setting: Setting, fit: Fit, degrees: float) -> FloatArray:
     """Log density of the readings in each block of a recording, nats, shape (blocks,).
 
+    Its scale is the most likely one of the recordings that were fitted. By the filter's own, which
+    is that of a normal density, whichever fit came to a little less noise would gain.
+
     Args:
         samples: the recording.
         setting: of the fit.
@@ -23,9 +27,11 @@ def block_densities(samples: Samples, setting: Setting, fit: Fit, degrees: float
         degrees: of freedom of Student's t.
     """
     trace = followed(samples, setting, fit)[2].trace
-    tail = (degrees + 1.0) * np.log1p(trace.standardised**2 / degrees)
+    size = _scales(fit, degrees)
+    tail = (degrees + 1.0) * np.log1p((trace.standardised / size) ** 2 / degrees)
     with np.errstate(divide="ignore"):
-        density = np.where(trace.variance > 0.0, -0.5 * (tail + np.log(trace.variance)), np.nan)
+        level = np.log(trace.variance * size**2)
+    density = np.where(trace.variance > 0.0, -0.5 * (tail + level), np.nan)
     places, count = _places(samples), block_count(samples)
     out = np.zeros(count)
     for read, found in zip(samples.angles.T, density.T, strict=True):
@@ -36,6 +42,13 @@ def block_densities(samples: Samples, setting: Setting, fit: Fit, degrees: float
         # Readings that a candidate takes out are as likely as the others of their block.
         out += np.where(told > 0, total * asked / np.maximum(told, 1), 0.0)
     return out
+
+
+def _scales(fit: Fit, degrees: float) -> FloatArray:
+    """Of each reading's innovations in the fitted recordings, in the filter's deviations."""
+    fitted = np.concatenate([trace.standardised for trace in fit.traces])
+    known = [one[np.isfinite(one)] for one in fitted.T]
+    return np.array([scales(e[:, None, None], degrees)[0, 0] if len(e) else 1.0 for e in known])
 
 
 def block_count(samples: Samples) -> int:

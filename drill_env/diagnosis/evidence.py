@@ -32,6 +32,8 @@ from drill_env.prediction.rule import Choice, Entrant, chosen
 # Times the evidence that fitted recordings must show for what those held out contradict to be more
 # than a trace.
 _ASKED = 2.0
+# Components whose torques are on the upper disc.
+_UPPER = ("actuator", "upper")
 # Attempts that are judged.
 _NAMES, _SHAPES = 5, 3
 
@@ -225,11 +227,15 @@ class _Judge:
     def _share(self, here: Fit, last: Term) -> float:
         """Of the first term's evidence, that a further one must bring to be no remainder of it.
 
-        At one place, what a name leaves is up to that share its own law's, see `Criteria.share`.
+        At one place, what a name leaves is up to that share its own law's, see `Criteria.share`;
+        so it is of a torque of one coordinate on one disc, whether made by the drive or beside it.
         Of what happened once, held-out recordings tell nothing.
         """
-        places = [place_of(t)[0] for t in here.terms]
-        if place_of(last)[0] in places:
+        component, on = place_of(last)
+        same = [place_of(t) for t in here.terms]
+        if any(place == component for place, _ in same) or (
+            component in _UPPER and any(place in _UPPER and by == on for place, by in same)
+        ):
             return 1.0 - self.criteria.share
         return self.criteria.neighbour if _once(last) else 0.0
 

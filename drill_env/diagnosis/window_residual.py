@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,7 +13,6 @@ from drill_env.diagnosis.repetition import Repetition, Residual, repetition_of
 from drill_env.diagnosis.residual_torque import (
     PREDICTABLE,
     features_of,
-    motion_features,
     share_of,
 )
 from drill_env.diagnosis.shapes import COORDINATES
@@ -51,19 +51,11 @@ def left_predictable(fit: Fit, cuts: Sequence[Cut]) -> dict[str, Any]:
         `predictable`, its share, and `predictable_from`, the coordinate that alone predicts most,
         with its past; nothing where hardly anything is.
     """
-    share = _predictable(fit, cuts)[0]
+    shares = _shares(fit, cuts)
+    share = max(shares.values())
     if share < PREDICTABLE:
         return {}
-    pairs = [(one.windows.motion, *_short(fit, one)) for one in cuts]
-    # Windows are sparse, so their motion is taken at their middles.
-    shares = {
-        name: share_of(
-            [features_of(name, motion)[rows] for motion, rows, _ in pairs],
-            [errors for _, _, errors in pairs],
-        )
-        for name in COORDINATES
-    }  # fmt: skip
-    best = max(shares, key=lambda name: shares[name])
+    best = max(COORDINATES, key=lambda name: shares.get(name, -math.inf))
     return {"predictable": share, "predictable_from": best}
 
 
@@ -95,14 +87,28 @@ def _ahead(fit: Fit) -> float:
 
 def _predictable(fit: Fit, cuts: Sequence[Cut]) -> tuple[float, float]:
     """Share of the errors' squares that is predicted, and how much that is, rad^2."""
+    share = max(_shares(fit, cuts).values())
+    errors = np.concatenate([_short(fit, one)[1] for one in cuts])
+    return share, max(share, 0.0) * float(np.mean(errors**2))
+
+
+def _shares(fit: Fit, cuts: Sequence[Cut]) -> dict[str, float]:
+    """Share of the errors' squares that each coordinate predicts with its past, and all together.
+
+    Windows are few: of what is a function of one coordinate the others hide a part. Of noise all
+    learners predict less than nothing, so the best one of them hardly more.
+    """
     pairs = [_short(fit, one) for one in cuts]
-    known = [
-        motion_features(one.windows.motion)[rows]
-        for one, (rows, _) in zip(cuts, pairs, strict=True)
-    ]
-    errors = [e for _, e in pairs]
-    share = share_of(known, errors)
-    return share, max(share, 0.0) * float(np.mean(np.concatenate(errors) ** 2))
+    rows, errors = [rows for rows, _ in pairs], [e for _, e in pairs]
+    motions = [one.windows.motion for one in cuts]
+    # Windows are sparse, so their motion is taken at their middles.
+    known = {
+        name: [features_of(name, m)[at] for m, at in zip(motions, rows, strict=True)]
+        for name in COORDINATES
+    }
+    moving = {name: x for name, x in known.items() if np.ptp(np.concatenate(x)[:, 0]) > 0.0}
+    together = [np.hstack(columns) for columns in zip(*moving.values(), strict=True)]
+    return {name: share_of(x, errors) for name, x in {**moving, "": together}.items()}
 
 
 def _short(fit: Fit, one: Cut) -> tuple[IntArray, FloatArray]:

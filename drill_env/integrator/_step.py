@@ -115,8 +115,8 @@ def choose_step(run, work):
         target = min(target, next_sample(run, work))
     limit = target - run.t
     h = min(run.h, work.max_step)
-    if work.pace[0] > 0.0:
-        h = min(h, REACH / work.pace[0])
+    if work.pace[2] > 0.0:
+        h = min(h, REACH / work.pace[2])
     if run.chatter >= CHATTER_LIMIT:
         h = min(h, _CHATTER_STEP)
     if h >= limit * (1.0 - 1e-9):

@@ -179,6 +179,8 @@ def stage_with_effects(p, run, work, tab, h, i, u):
     call_rates(tab.rates, p, run, work, i, run.t + tab.c[i] * h, u)
     if i == 0 or i == tab.stages:
         work.pace[min(i, 1)] = fastest_of_all(p, work)
+        if i == 0:
+            work.pace[2] = work.pace[0]
 
 
 @kernel

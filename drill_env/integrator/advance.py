@@ -105,7 +105,9 @@ def keep_inner(run, work, last):
     for r in range(N_STATE, N_STATE + work.inner):
         run.z[r - N_STATE] = work.ys[0, r] = work.ys[last, r]
         work.k[0, r] = work.k[last, r]
-    work.pace[0] = work.pace[1]
+    # What grew over a step grows as much over the next.
+    grown = work.pace[1] / work.pace[0] if work.pace[0] > 0.0 else 1.0
+    work.pace[0], work.pace[2] = work.pace[1], work.pace[1] * max(grown, 1.0)
     for j in range(3 + work.switches):
         work.gaps[0, j] = work.gaps[last, j]
     if work.asked == last:

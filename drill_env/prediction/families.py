@@ -52,6 +52,7 @@ FAMILIES: dict[str, tuple[str, ...]] = {
     "readings that err with the angle": (
         "encoder_eccentricity_upper", "encoder_eccentricity_lower", "encoder_gain_lower",
     ),
+    "play of an encoder": ("encoder_play_upper", "encoder_play_lower"),
     "lost counts": ("missed_counts_upper", "missed_counts_lower"),
 }  # fmt: skip
 """Effects of the library by what they say apart from their formula."""

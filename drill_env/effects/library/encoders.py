@@ -5,7 +5,7 @@ from functools import partial
 from numpy import cos
 
 from drill_env.effects._effect import amplitude, effect, phase, shape
-from drill_env.effects.signal import branch
+from drill_env.effects.signal import branch, size_of
 
 sensor = partial(effect, "sensor")
 
@@ -67,6 +67,40 @@ def encoder_eccentricity_upper(p, e, s, out):
 def encoder_gain_lower(p, e, s, out):
     """error theta_l on the reading."""
     out.angle_l += e.q[0] * s.theta_l
+
+
+@sensor(
+    "omega_l",
+    "The lower encoder is driven with play: its reading follows a reversal late.",
+    amplitude("error", "rad", 0.003, most=0.5, signed=False),
+    shape("width", "rad", (0.003, 0.01, 0.03, 0.1), low=1e-4, high=10.0),
+    states=1,
+    switches=1,
+    forgets=False,
+    neighbours=("missed_counts_lower", "encoder_delay_lower"),
+    source="Dahl, Aerospace Corp. TOR-0158 (1968)",
+)
+def encoder_play_lower(p, e, s, out):
+    """-error z on the reading, width dz/dt = omega_l - |omega_l| z."""
+    out.angle_l -= e.q[0] * e.z[0]
+    e.rate[0] = (s.omega_l - size_of(e, s, 0, s.omega_l) * e.z[0]) / e.q[1]
+
+
+@sensor(
+    "omega_u",
+    "The upper encoder is driven with play: its reading follows a reversal late.",
+    amplitude("error", "rad", 0.003, most=0.5, signed=False),
+    shape("width", "rad", (0.003, 0.01, 0.03, 0.1), low=1e-4, high=10.0),
+    states=1,
+    switches=1,
+    forgets=False,
+    neighbours=("missed_counts_upper", "encoder_delay_upper"),
+    source="Dahl, Aerospace Corp. TOR-0158 (1968)",
+)
+def encoder_play_upper(p, e, s, out):
+    """-error z on the reading, width dz/dt = omega_u - |omega_u| z."""
+    out.angle_u -= e.q[0] * e.z[0]
+    e.rate[0] = (s.omega_u - size_of(e, s, 0, s.omega_u) * e.z[0]) / e.q[1]
 
 
 @sensor(
