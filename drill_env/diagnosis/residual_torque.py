@@ -23,11 +23,12 @@ _FEWEST = 300
 # Recordings from which on each is predicted from the others; fewer are cut into so many parts.
 _PARTS = 3
 _HARMONICS = (1, 2)
-# First-order lags (s) of what may be remembered.
+# First-order lags (s) of what may be remembered, and whether of its size.
 _LAGS: tuple[tuple[str, bool, float], ...] = (
     ("voltage", False, 0.1), ("voltage", False, 1.0), ("voltage", True, 5.0),
     ("omega_l", False, 0.3), ("omega_l", False, 3.0), ("omega_l", True, 10.0),
-    ("omega_u", False, 0.3), ("twist", False, 0.3),
+    ("omega_u", False, 0.3), ("omega_u", False, 3.0), ("omega_u", True, 10.0),
+    ("twist", False, 0.3),
 )  # fmt: skip
 # Widths of play, in shares of the voltage's range, by which a drive may remember where it turned:
 # even in the logarithm, not derived; trees interpolate between them.

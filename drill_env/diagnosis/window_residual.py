@@ -19,6 +19,9 @@ from drill_env.diagnosis.shapes import COORDINATES
 from drill_env.prediction.cut import Cut, cut
 from drill_env.prediction.fit import Fit
 
+_OF_AN_AXIS = ("time", "voltage", "theta_u", "omega_u")
+"""Coordinates of one inertia."""
+
 
 def share_removed(before: Fit, after: Fit, cuts: Sequence[Cut]) -> float:
     """Share of the predictable error of short predictions that was removed.
@@ -104,11 +107,10 @@ def _shares(fit: Fit, cuts: Sequence[Cut]) -> dict[str, float]:
     # Windows are sparse, so their motion is taken at their middles.
     known = {
         name: [features_of(name, m)[at] for m, at in zip(motions, rows, strict=True)]
-        for name in COORDINATES
+        for name in (COORDINATES if fit.rig.inertias == 2 else _OF_AN_AXIS)
     }
-    moving = {name: x for name, x in known.items() if np.ptp(np.concatenate(x)[:, 0]) > 0.0}
-    together = [np.hstack(columns) for columns in zip(*moving.values(), strict=True)]
-    return {name: share_of(x, errors) for name, x in {**moving, "": together}.items()}
+    together = [np.hstack(columns) for columns in zip(*known.values(), strict=True)]
+    return {name: share_of(x, errors) for name, x in {**known, "": together}.items()}
 
 
 def _short(fit: Fit, one: Cut) -> tuple[IntArray, FloatArray]:
