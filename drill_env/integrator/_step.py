@@ -3,7 +3,7 @@
 The start of the step is stage 0 of `work.ys`; the state at its end stage `tab.stages`.
 """
 
-from math import inf
+from math import inf, sqrt
 from typing import Any
 
 from numba.core import types
@@ -115,8 +115,10 @@ def choose_step(run, work):
         target = min(target, next_sample(run, work))
     limit = target - run.t
     h = min(run.h, work.max_step)
-    if work.pace[2] > 0.0:
-        h = min(h, REACH / work.pace[2])
+    if work.pace[0] > 0.0:
+        # So that the step times the rate at its end is in reach, if the rate grows on as it did.
+        rate, growth = work.pace[0], work.pace[2]
+        h = min(h, 2.0 * REACH / (rate + sqrt(rate * rate + 4.0 * growth * REACH)))
     if run.chatter >= CHATTER_LIMIT:
         h = min(h, _CHATTER_STEP)
     if h >= limit * (1.0 - 1e-9):

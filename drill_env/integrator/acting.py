@@ -180,7 +180,7 @@ def stage_with_effects(p, run, work, tab, h, i, u):
     if i == 0 or i == tab.stages:
         work.pace[min(i, 1)] = fastest_of_all(p, work)
         if i == 0:
-            work.pace[2] = work.pace[0]
+            work.pace[2] = 0.0
 
 
 @kernel

@@ -91,7 +91,7 @@ def finish_step(p, run, work, tab, h, t_new):
         work.k[0, i] = work.k[last, i]
     work.shares[0, 0], work.shares[0, 1] = work.shares[last, 0], work.shares[last, 1]
     if work.acting != 0:
-        keep_inner(run, work, last)
+        keep_inner(run, work, last, h)
     run.max_speed = max(run.max_speed, abs(run.y[2]))
     run.t = t_new
     # A step that no clock could tell lets a chatter of effects go on.
@@ -100,14 +100,13 @@ def finish_step(p, run, work, tab, h, t_new):
 
 
 @kernel
-def keep_inner(run, work, last):
+def keep_inner(run, work, last, h):
     """Inner states, their rates and the event functions of a step's end are those of the next."""
     for r in range(N_STATE, N_STATE + work.inner):
         run.z[r - N_STATE] = work.ys[0, r] = work.ys[last, r]
         work.k[0, r] = work.k[last, r]
-    # What grew over a step grows as much over the next.
-    grown = work.pace[1] / work.pace[0] if work.pace[0] > 0.0 else 1.0
-    work.pace[0], work.pace[2] = work.pace[1], work.pace[1] * max(grown, 1.0)
+    work.pace[2] = max(work.pace[1] - work.pace[0], 0.0) / h
+    work.pace[0] = work.pace[1]
     for j in range(3 + work.switches):
         work.gaps[0, j] = work.gaps[last, j]
     if work.asked == last:

@@ -51,7 +51,7 @@ WORK = np.dtype(
         ("rtol", "f8"), ("atol", "f8"),
         ("event_tol", "f8"),  # event function below which its zero is taken as found
         ("max_step", "f8"), ("max_steps", "i8"),
-        # Fastest rate (1/s) of an inner state at a step's start and end, and foreseen in the next.
+        # Fastest rate of an inner state at a step's start and end, 1/s, and how it grows, 1/s^2.
         ("pace", "f8", (3,)),
         ("extrema", "i8"), ("sensitivity", "i8"),
         ("columns", "i8"),  # sensitivities carried: all, or those before the parameters
