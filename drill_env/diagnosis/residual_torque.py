@@ -27,9 +27,11 @@ _HARMONICS = (1, 2)
 _LAGS: tuple[tuple[str, bool, float], ...] = (
     ("voltage", False, 0.1), ("voltage", False, 1.0), ("voltage", True, 5.0),
     ("omega_l", False, 0.3), ("omega_l", False, 3.0), ("omega_l", True, 10.0),
-    ("omega_u", False, 0.3), ("omega_u", False, 3.0), ("omega_u", True, 10.0),
-    ("twist", False, 0.3),
+    ("omega_u", False, 0.3), ("twist", False, 0.3),
 )  # fmt: skip
+AXIS_LAGS = (*_LAGS, ("omega_u", False, 3.0), ("omega_u", True, 10.0))
+"""On an axis the upper disc is what the lower one is on a whole rig, and remembered as long."""
+
 # Widths of play, in shares of the voltage's range, by which a drive may remember where it turned:
 # even in the logarithm, not derived; trees interpolate between them.
 _WIDTHS = (0.03, 0.1, 0.3)
@@ -143,13 +145,15 @@ def motion_features(motion: Motion) -> FloatArray:
     return np.hstack([features_of(name, motion) for name in COORDINATES])
 
 
-def features_of(name: str, motion: Motion) -> FloatArray:
+def features_of(
+    name: str, motion: Motion, lags: Sequence[tuple[str, bool, float]] = _LAGS
+) -> FloatArray:
     """What is learnt from of one coordinate: itself, where in its turn it is, and its past."""
     values = COORDINATES[name](motion)
     columns = [values]
     if name.startswith("theta"):
         columns += [wave(order * values) for order in _HARMONICS for wave in (np.sin, np.cos)]
-    for other, sizes, constant in _LAGS:
+    for other, sizes, constant in lags:
         if other == name:
             columns.append(_lagged(motion, np.abs(values) if sizes else values, constant))
     if name == "voltage":

@@ -11,6 +11,7 @@ import numpy as np
 from drill_env._types import FloatArray, IntArray
 from drill_env.diagnosis.repetition import Repetition, Residual, repetition_of
 from drill_env.diagnosis.residual_torque import (
+    AXIS_LAGS,
     PREDICTABLE,
     features_of,
     share_of,
@@ -106,7 +107,7 @@ def _shares(fit: Fit, cuts: Sequence[Cut]) -> dict[str, float]:
     motions = [one.windows.motion for one in cuts]
     # Windows are sparse, so their motion is taken at their middles.
     known = {
-        name: [features_of(name, m)[at] for m, at in zip(motions, rows, strict=True)]
+        name: [features_of(name, m, AXIS_LAGS)[at] for m, at in zip(motions, rows, strict=True)]
         for name in (COORDINATES if fit.rig.inertias == 2 else _OF_AN_AXIS)
     }
     together = [np.hstack(columns) for columns in zip(*known.values(), strict=True)]
