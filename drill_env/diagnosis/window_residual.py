@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -55,11 +54,11 @@ def left_predictable(fit: Fit, cuts: Sequence[Cut]) -> dict[str, Any]:
         `predictable`, its share, and `predictable_from`, the coordinate that alone predicts most,
         with its past; nothing where hardly anything is.
     """
-    shares = _shares(fit, cuts)
+    shares = _shares_of([_short(fit, one) for one in cuts], fit, cuts)
     share = max(shares.values())
     if share < PREDICTABLE:
         return {}
-    best = max(COORDINATES, key=lambda name: shares.get(name, -math.inf))
+    best = max(filter(None, shares), key=lambda name: shares[name])
     return {"predictable": share, "predictable_from": best}
 
 
@@ -91,18 +90,19 @@ def _ahead(fit: Fit) -> float:
 
 def _predictable(fit: Fit, cuts: Sequence[Cut]) -> tuple[float, float]:
     """Share of the errors' squares that is predicted, and how much that is, rad^2."""
-    share = max(_shares(fit, cuts).values())
-    errors = np.concatenate([_short(fit, one)[1] for one in cuts])
-    return share, max(share, 0.0) * float(np.mean(errors**2))
+    pairs = [_short(fit, one) for one in cuts]
+    share = max(_shares_of(pairs, fit, cuts).values())
+    return share, max(share, 0.0) * float(np.mean(np.concatenate([e for _, e in pairs]) ** 2))
 
 
-def _shares(fit: Fit, cuts: Sequence[Cut]) -> dict[str, float]:
+def _shares_of(
+    pairs: Sequence[tuple[IntArray, FloatArray]], fit: Fit, cuts: Sequence[Cut]
+) -> dict[str, float]:
     """Share of the errors' squares that each coordinate predicts with its past, and all together.
 
     Windows are few: of what is a function of one coordinate the others hide a part. Of noise all
     learners predict less than nothing, so the best one of them hardly more.
     """
-    pairs = [_short(fit, one) for one in cuts]
     rows, errors = [rows for rows, _ in pairs], [e for _, e in pairs]
     motions = [one.windows.motion for one in cuts]
     # Windows are sparse, so their motion is taken at their middles.
