@@ -54,15 +54,15 @@ def answer_by_prediction(
     kept = [c for c in choices if c.chosen is not None and not c.remainder]
     named = [c for c in kept if c.named]
     errors = _fit(before, after, fold, leads)
-    standing = [c for c in named if c.determined]
+    standing, cuts = [c for c in named if c.determined], (*fold.setting.cuts, *fold.unseen)
     if not all(map(_common, standing)):
-        share = share_removed(before, after, (*fold.setting.cuts, *fold.unseen))
+        share = share_removed(before, after, cuts)
         errors["explained"] = share
         if share < fold.setting.criteria.share:
             standing = list(filter(_common, standing))
     repeats = None
-    if not kept:
-        errors |= left_predictable(after, (*fold.setting.cuts, *fold.unseen))
+    if all(map(_common, kept)):
+        errors |= left_predictable(after, cuts)
     if not kept and "predictable" not in errors:
         repeats = left_repeating(after, fold.setting.cuts, fold.unseen)
     effects = [_effect(c, whole, i, spread) for i, c in enumerate(kept) if c in standing]

@@ -69,6 +69,11 @@ def verdict_sentence(result: DiagnosisResult) -> str:
             "than by discs that stand still. Check columns, units, signs and clocks, and that "
             "voltage and angles are of one run."
         )
+    if result.verdict in ("consistent", "parameters") and "predictable" in result.fit:
+        return (
+            "Nothing that has a name or is a curve over one coordinate is missing, but what the "
+            "rig leaves is not noise."
+        )
     if result.verdict == "consistent":
         return "Nothing is missing: the rig with fitted parameters explains the recordings."
     if result.verdict == "parameters":
@@ -255,10 +260,11 @@ def sentences_by_prediction(result: DiagnosisResult) -> list[str]:
         lines.append(f"These recordings do not rule out {named}.")
     lines += _nearer(result)
     if "predictable" in result.fit:
+        none = "Nothing else" if result.effects else "Nothing"
         lines.append(
-            "Nothing on offer predicts better. But of what is left of the error over 0.1 s boosted "
-            f"trees predict {result.fit['predictable']:.0%} from the motion and its past, most of "
-            f"it from {result.fit['predictable_from']}: a law is not quite right."
+            f"{none} on offer predicts better. But {result.fit['predictable']:.0%} of what is "
+            "left of the error over 0.1 s is predicted from the motion and its past without any "
+            f"law, most of it from {result.fit['predictable_from']}: a law is not quite right."
         )
     return lines + result.faults
 

@@ -8,13 +8,10 @@ from typing import Any
 import numpy as np
 
 from drill_env._types import FloatArray, IntArray
+from drill_env.diagnosis.learners import known_of, share_of
+from drill_env.diagnosis.motion_features import AXIS_LAGS
 from drill_env.diagnosis.repetition import Repetition, Residual, repetition_of
-from drill_env.diagnosis.residual_torque import (
-    AXIS_LAGS,
-    PREDICTABLE,
-    features_of,
-    share_of,
-)
+from drill_env.diagnosis.residual_torque import PREDICTABLE
 from drill_env.diagnosis.shapes import COORDINATES
 from drill_env.prediction.cut import Cut, cut
 from drill_env.prediction.fit import Fit
@@ -26,8 +23,8 @@ _OF_AN_AXIS = ("time", "voltage", "theta_u", "omega_u")
 def share_removed(before: Fit, after: Fit, cuts: Sequence[Cut]) -> float:
     """Share of the predictable error of short predictions that was removed.
 
-    Over a tenth of a second an error is a torque. What boosted trees predict of it in recordings
-    that were not learnt from, something else than noise gave.
+    Over a tenth of a second an error is a torque. What is predicted of it in recordings that were
+    not learnt from, something else than noise gave.
 
     Args:
         before: the rig alone, fitted.
@@ -100,18 +97,19 @@ def _shares_of(
 ) -> dict[str, float]:
     """Share of the errors' squares that each coordinate predicts with its past, and all together.
 
-    Windows are few: of what is a function of one coordinate the others hide a part. Of noise all
-    learners predict less than nothing, so the best one of them hardly more.
+    Windows are few: of what is a function of one coordinate the others hide a part.
     """
     rows, errors = [rows for rows, _ in pairs], [e for _, e in pairs]
     motions = [one.windows.motion for one in cuts]
     # Windows are sparse, so their motion is taken at their middles.
-    known = {
-        name: [features_of(name, m, AXIS_LAGS)[at] for m, at in zip(motions, rows, strict=True)]
-        for name in (COORDINATES if fit.rig.inertias == 2 else _OF_AN_AXIS)
+    names = list(COORDINATES) if fit.rig.inertias == 2 else list(_OF_AN_AXIS)
+    sets = {**{name: [name] for name in names}, "": names}
+    return {
+        key: share_of(
+            [known_of(of, m, AXIS_LAGS).at(at) for m, at in zip(motions, rows, strict=True)], errors
+        )
+        for key, of in sets.items()
     }
-    together = [np.hstack(columns) for columns in zip(*known.values(), strict=True)]
-    return {name: share_of(x, errors) for name, x in {**known, "": together}.items()}
 
 
 def _short(fit: Fit, one: Cut) -> tuple[IntArray, FloatArray]:

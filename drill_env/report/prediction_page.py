@@ -57,6 +57,8 @@ def prediction_page(found: PredictionDiagnosis) -> str:
     ).get_template("prediction.html")  # fmt: skip
     result = found.result
     tone, title = VERDICTS[result.verdict]
+    if tone != "bad" and "predictable" in result.fit:
+        tone, title = "note", "Nothing with a name is missing, but what is left is not noise"
     return page.render(
         result=result, tone=tone, title=title, names=names_of(result), grades=grade_rows(result),
         effects=[effect_rows(e.parameters) for e in result.effects],

@@ -1,0 +1,127 @@
+"""How much of a residual the motion predicts, by whatever formula and by a linear memory."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from drill_env._types import FloatArray, IntArray
+from drill_env.diagnosis.motion_features import features_of, memory_of
+from drill_env.effects.along import Motion
+
+# Rows that are learnt from; smoothed torques change little from one row to the next.
+_ROWS = 6000
+_FEWEST = 300
+# Recordings from which on each is predicted from the others; fewer are cut into so many parts.
+_PARTS = 3
+# Strengths of the ridge, in shares of the columns' squares: from what rounding asks for to as much
+# as the columns themselves.
+_RIDGES = tuple(10.0**power for power in range(-6, 1))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """What is learnt from in one recording.
+
+    Attributes:
+        features: for trees, shape (n, a).
+        memories: for linear laws with a memory, of the motion and of its sizes too, shape (n, b).
+    """
+
+    features: FloatArray
+    memories: tuple[FloatArray, ...]
+
+    def at(self, rows: IntArray | slice) -> Known:
+        """Some rows of it."""
+        return Known(self.features[rows], tuple(one[rows] for one in self.memories))
+
+
+def known_of(
+    names: Sequence[str], motion: Motion, lags: Sequence[tuple[str, bool, float]] | None = None
+) -> Known:
+    """What is learnt from of some coordinates.
+
+    Args:
+        names: of the coordinates.
+        motion: how the rig moved.
+        lags: for trees, see `features_of`.
+    """
+    more = () if lags is None else (lags,)
+    features = np.hstack([features_of(name, motion, *more) for name in names])
+    memories = (memory_of(names, motion, sizes=sizes) for sizes in (False, True))
+    return Known(features, tuple(one for one in memories if one.shape[1]))
+
+
+def share_of(known: Sequence[Known], values: Sequence[FloatArray]) -> float:
+    """Share of the squares of values that is predicted in recordings that were not learnt from.
+
+    Each is predicted from the others, by boosted trees and by ridge regression on memories. Of
+    noise every learner predicts less than nothing, so the best of them hardly more.
+
+    Args:
+        known: of each recording.
+        values: of shape (n,) each.
+    """
+    step = max(1, sum(map(len, values)) // _ROWS)
+    known = [one.at(slice(None, None, step)) for one in known]
+    y = np.concatenate([v[::step] for v in values])
+    if len(y) < _FEWEST or not np.any(y):
+        return 0.0
+    # Leaves need values of order one to tell a gain from rounding.
+    y = y / np.sqrt(np.mean(y**2))
+    group = _groups([len(v[::step]) for v in values])
+    shares = [_by_trees(np.concatenate([one.features for one in known]), y, group)]
+    memories = zip(*(one.memories for one in known), strict=True)
+    return max(shares + [_by_ridge(np.concatenate(columns), y, group) for columns in memories])
+
+
+def _by_trees(x: FloatArray, y: FloatArray, group: IntArray) -> float:
+    # A second for its import is spent by those who diagnose only.
+    from sklearn.ensemble import HistGradientBoostingRegressor
+
+    missed = 0.0
+    for number in np.unique(group).tolist():
+        unseen = group == number
+        trees = HistGradientBoostingRegressor(
+            max_iter=40, learning_rate=0.2, max_leaf_nodes=15, l2_regularization=1.0,
+            min_samples_leaf=40, early_stopping=False, random_state=0,
+        )  # fmt: skip
+        # They came after the limit that the diagnosis sets, and few rows are slower with more.
+        with threadpool_limits(1):
+            trees.fit(x[~unseen], y[~unseen])
+            missed += float(np.sum((y[unseen] - trees.predict(x[unseen])) ** 2))
+    return 1.0 - missed / len(y)
+
+
+def _by_ridge(x: FloatArray, y: FloatArray, group: IntArray) -> float:
+    """The best ridge's share (Hoerl and Kennard, Technometrics 12, 1970).
+
+    How strong it is no evidence tells here, as neighbouring rows are alike: recordings that were
+    not learnt from do.
+    """
+    size = x.std(axis=0)
+    x = (x - x.mean(axis=0)) / np.where(size > 0.0, size, 1.0)
+    x = np.column_stack([x, np.ones(len(x))])
+    parts = [group == number for number in np.unique(group)]
+    squares = np.array([x[part].T @ x[part] for part in parts])
+    products = np.array([x[part].T @ y[part] for part in parts])
+    counts = np.array([np.sum(part) for part in parts])
+    missed = np.zeros(len(_RIDGES))
+    for square, product, count in zip(squares, products, counts, strict=True):
+        seen, told = squares.sum(axis=0) - square, products.sum(axis=0) - product
+        for place, ridge in enumerate(_RIDGES):
+            strength = ridge * (len(y) - count) * np.eye(len(seen))
+            law = np.linalg.solve(seen + strength, told)
+            missed[place] += law @ square @ law - 2.0 * law @ product
+    # The squares of `y` sum to their number.
+    return float(-missed.min() / len(y))
+
+
+def _groups(lengths: Sequence[int]) -> IntArray:
+    """A number for each row: of its recording, or of its part of one where these are few."""
+    parts = 1 if len(lengths) >= _PARTS else _PARTS
+    pairs = enumerate(lengths)
+    return np.concatenate([place * parts + np.arange(n) * parts // n for place, n in pairs])

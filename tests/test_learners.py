@@ -1,0 +1,81 @@
+"""A residual that a linear law with a memory makes is predicted; noise is not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lsim, lti
+from sklearn.linear_model import Ridge
+
+from drill_env.diagnosis.learners import _by_ridge, known_of, share_of
+from drill_env.effects.along import Motion
+
+RATE, SECONDS = 200.0, 30.0
+NAMES = ("voltage", "omega_u")
+
+
+def moved(seed: int) -> Motion:
+    """An axis of one time constant, exactly, under steps of the voltage."""
+    rng, t = np.random.default_rng(seed), np.arange(int(SECONDS * RATE)) / RATE
+    u = np.repeat(rng.uniform(-3.0, 3.0, int(SECONDS) * 2), int(RATE) // 2)
+    _, omega, _ = lsim(lti([4.0], [1.0, 5.0]), u, t, interp=False)
+    states = np.zeros((len(t), 6))
+    states[:, 1] = omega
+    return Motion(t, u, states, np.array([0]))
+
+
+@pytest.fixture(scope="module")
+def motions():
+    return [moved(seed) for seed in range(4)]
+
+
+def shares(motions, torque, size):
+    """Share predicted of a torque in white noise of a given size."""
+    noise = [
+        size * np.random.default_rng(k).standard_normal(len(m.t)) for k, m in enumerate(motions)
+    ]
+    known = [known_of(NAMES, m) for m in motions]
+    return share_of(known, [torque(m) + e for m, e in zip(motions, noise, strict=True)])
+
+
+def damper_on_rubber(m: Motion) -> np.ndarray:
+    """A Maxwell element: a damper of 1 Nm s/rad in series with a spring of 1/0.17 Nm/rad."""
+    return lsim(lti([1.0], [0.17, 1.0]), m.states[:, 1], m.t)[1]
+
+
+def stator_on_feet(m: Motion) -> np.ndarray:
+    """A mass on a spring that the drive's torque shakes, of 3 Hz and little damping."""
+    w = 2.0 * np.pi * 3.0
+    return lsim(lti([w * w], [1.0, 0.3 * w, w * w]), m.u, m.t, interp=False)[1]
+
+
+@pytest.mark.parametrize(("torque", "least"), [(damper_on_rubber, 0.95), (stator_on_feet, 0.8)])
+def test_a_linear_memory_is_predicted_whatever_its_lag(motions, torque, least):
+    size = np.std(np.concatenate([torque(m) for m in motions]))
+    assert shares(motions, torque, 0.1 * size) > least
+    # Half of the squares is noise.
+    assert 0.5 * least < shares(motions, torque, size) < 0.55
+
+
+def test_noise_is_not_predicted(motions):
+    assert shares(motions, lambda m: np.zeros(len(m.t)), 1.0) < 0.02
+
+
+def test_the_ridge_is_that_of_scikit_learn():
+    """The best of all strengths, by predictions of each part from the others."""
+    rng = np.random.default_rng(3)
+    x, group = rng.normal(size=(90, 5)), np.repeat([0, 1, 2], 30)
+    y = x @ [1.0, -0.5, 0.0, 0.0, 0.2] + rng.normal(size=90)
+    y /= np.sqrt(np.mean(y**2))
+    z = (x - x.mean(axis=0)) / x.std(axis=0)
+    z = np.column_stack([z, np.ones(len(z))])
+    best = 0.0
+    for power in range(-6, 1):
+        missed = 0.0
+        for part in range(3):
+            here = group == part
+            law = Ridge(10.0**power * 60, fit_intercept=False).fit(z[~here], y[~here])
+            missed += np.sum((y[here] - law.predict(z[here])) ** 2)
+        best = max(best, 1.0 - missed / 90)
+    assert 0.3 < best < 1.0
+    assert _by_ridge(x, y, group) == pytest.approx(best, rel=1e-9)
