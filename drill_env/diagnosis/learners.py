@@ -39,18 +39,14 @@ class Known:
         return Known(self.features[rows], tuple(one[rows] for one in self.memories))
 
 
-def known_of(
-    names: Sequence[str], motion: Motion, lags: Sequence[tuple[str, bool, float]] | None = None
-) -> Known:
+def known_of(names: Sequence[str], motion: Motion) -> Known:
     """What is learnt from of some coordinates.
 
     Args:
         names: of the coordinates.
         motion: how the rig moved.
-        lags: for trees, see `features_of`.
     """
-    more = () if lags is None else (lags,)
-    features = np.hstack([features_of(name, motion, *more) for name in names])
+    features = np.hstack([features_of(name, motion) for name in names])
     memories = (memory_of(names, motion, sizes=sizes) for sizes in (False, True))
     return Known(features, tuple(one for one in memories if one.shape[1]))
 

@@ -18,35 +18,29 @@ _LAGS: tuple[tuple[str, bool, float], ...] = (
     ("omega_l", False, 0.3), ("omega_l", False, 3.0), ("omega_l", True, 10.0),
     ("omega_u", False, 0.3), ("twist", False, 0.3),
 )  # fmt: skip
-AXIS_LAGS = (*_LAGS, ("omega_u", False, 3.0), ("omega_u", True, 10.0))
-"""On an axis the upper disc is what the lower one is on a whole rig, and remembered as long."""
-
 # Widths of play, in shares of the voltage's range, by which a drive may remember where it turned:
 # even in the logarithm, not derived; trees interpolate between them.
 _WIDTHS = (0.03, 0.1, 0.3)
 
 # What a linear law with a memory may be of. An angle is where these have been.
 _REMEMBERED = ("voltage", "twist", "omega_u", "omega_l")
-# Its lags (s), from what few samples resolve to half of a short recording, three a decade would be
-# alike: laws with a lag between two are combinations of both.
+# Its lags (s), from what few samples resolve to half of a short recording. With two a decade a law
+# whose lag lies between is a combination of both.
 _MEMORY = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 
 
-def features_of(
-    name: str, motion: Motion, lags: Sequence[tuple[str, bool, float]] = _LAGS
-) -> FloatArray:
+def features_of(name: str, motion: Motion) -> FloatArray:
     """What is learnt from of one coordinate: itself, where in its turn it is, and its past.
 
     Args:
         name: of the coordinate.
         motion: how the rig moved.
-        lags: what may be remembered: coordinate, whether its size, and for how long, s.
     """
     values = COORDINATES[name](motion)
     columns = [values]
     if name.startswith("theta"):
         columns += [wave(order * values) for order in _HARMONICS for wave in (np.sin, np.cos)]
-    for other, sizes, constant in lags:
+    for other, sizes, constant in _LAGS:
         if other == name:
             columns.append(_lagged(motion, np.abs(values) if sizes else values, constant))
     if name == "voltage":

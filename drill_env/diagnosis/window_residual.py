@@ -9,7 +9,6 @@ import numpy as np
 
 from drill_env._types import FloatArray, IntArray
 from drill_env.diagnosis.learners import known_of, share_of
-from drill_env.diagnosis.motion_features import AXIS_LAGS
 from drill_env.diagnosis.repetition import Repetition, Residual, repetition_of
 from drill_env.diagnosis.residual_torque import PREDICTABLE
 from drill_env.diagnosis.shapes import COORDINATES
@@ -105,9 +104,7 @@ def _shares_of(
     names = list(COORDINATES) if fit.rig.inertias == 2 else list(_OF_AN_AXIS)
     sets = {**{name: [name] for name in names}, "": names}
     return {
-        key: share_of(
-            [known_of(of, m, AXIS_LAGS).at(at) for m, at in zip(motions, rows, strict=True)], errors
-        )
+        key: share_of([known_of(of, m).at(at) for m, at in zip(motions, rows, strict=True)], errors)
         for key, of in sets.items()
     }
 
