@@ -65,8 +65,10 @@ def with_residual_torque(
         alone = not (law or terms)
         fitted = len(found.setting.samples)
         return replace(found, repetition=_repeats(latents, fitted)) if alone else found
-    if not law and all(isinstance(t.source, Once) for t in terms):
-        # A strike beside what the motion predicts is a piece of it.
+    single = [t.source for t in terms if happened_once(t.source)]
+    strikes = not single or any(isinstance(source, Once) for source in single)
+    if not law and strikes and len(single) == len(terms):
+        # Strikes and lost counts beside what the motion predicts are pieces of it.
         return _told(replace(found, final=found.base), latents)
     if may_leave_more([t.source for t in terms]) or not (law or all(map(is_named, terms))):
         return found

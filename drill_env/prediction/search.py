@@ -117,14 +117,36 @@ def searched(
         for candidate in [c for c in order if (c.effect is not None) == named][:most]:
             if report(f"trying {candidate.id}") and tried[named]:
                 break
-            fits = tuple(
-                fit(b.setting, b.vector, (*b.candidates, candidate),
-                    (*b.numbers, look[candidate.id].numbers))
-                for b, look in zip(before, looks, strict=True)
-            )  # fmt: skip
+            fits = _fitted(before, candidate, [look[candidate.id].numbers for look in looks])
             tried[named].append(Tried(candidate, fits, _row(candidate, fits, folds, old)))
         tried[named].sort(key=lambda t: -t.row.gain)
     return Round(tuple(before), tuple(tried[True]), tuple(tried[False]))
+
+
+def _fitted(
+    before: Sequence[Fit], candidate: Candidate, starts: Sequence[FloatArray]
+) -> tuple[Fit, ...]:
+    """A candidate fitted in every fold, from its own start and from where the others came to.
+
+    A descent ends at the peak it began below. What one half of the recordings found may be a higher
+    peak of the other half, too; each takes its own highest.
+    """
+    pairs = list(zip(before, starts, strict=True))
+    fits = [_with(b, candidate, start) for b, start in pairs]
+    bent = [i for i, kind in enumerate(candidate.kinds) if kind in ("log", "place")]
+    if all(np.array_equal(start[bent], starts[0][bent]) for start in starts):
+        return tuple(fits)
+    found = [f.numbers[-1] for f in fits]
+    return tuple(
+        max([own, *(_with(b, candidate, there) for there in found if there is not own.numbers[-1])],
+            key=lambda one: one.value)
+        for b, own in zip(before, fits, strict=True)
+    )  # fmt: skip
+
+
+def _with(before: Fit, candidate: Candidate, numbers: FloatArray) -> Fit:
+    candidates, known = (*before.candidates, candidate), (*before.numbers, numbers)
+    return fit(before.setting, before.vector, candidates, known)
 
 
 def _row(
