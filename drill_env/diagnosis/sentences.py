@@ -71,8 +71,8 @@ def verdict_sentence(result: DiagnosisResult) -> str:
         )
     if result.verdict in ("consistent", "parameters") and "predictable" in result.fit:
         return (
-            "Nothing that has a name or is a curve over one coordinate is missing, but what the "
-            "rig leaves is not noise."
+            "Something is left that has no name and is no curve over one coordinate: what the rig "
+            "leaves is not noise."
         )
     if result.verdict == "consistent":
         return "Nothing is missing: the rig with fitted parameters explains the recordings."

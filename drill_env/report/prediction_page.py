@@ -58,7 +58,7 @@ def prediction_page(found: PredictionDiagnosis) -> str:
     result = found.result
     tone, title = VERDICTS[result.verdict]
     if tone != "bad" and "predictable" in result.fit:
-        tone, title = "note", "Nothing with a name is missing, but what is left is not noise"
+        tone, title = "note", "What is left is not noise, but has no name"
     return page.render(
         result=result, tone=tone, title=title, names=names_of(result), grades=grade_rows(result),
         effects=[effect_rows(e.parameters) for e in result.effects],
