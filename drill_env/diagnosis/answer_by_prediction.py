@@ -33,6 +33,7 @@ from drill_env.prediction.families import family_of
 from drill_env.prediction.fit import Fit, errors_of
 from drill_env.prediction.intervals import covariance, deviations, quantile
 from drill_env.prediction.search import Fold
+from drill_env.prediction.shapes import coordinate
 
 
 def answer_by_prediction(
@@ -172,12 +173,16 @@ def _alternatives(first: Choice | None) -> list[Alternative]:
 
 
 def _shape(chosen: Tried, whole: Fit) -> FoundShape:
-    entry = chosen.candidate.entry(whole.numbers[-1])
-    values = np.array(entry["values"])
+    entry, name = chosen.candidate.entry(whole.numbers[-1]), chosen.candidate.depends_on
+    knots, values = np.array(entry["knots"]), np.array(entry["values"])
+    if "period" in entry:
+        # The table is kept within its period; it is told where the disc was.
+        low = min(float(coordinate(c.windows.motion, name).min()) for c in whole.setting.cuts)
+        knots = low + np.mod(knots - low, entry["period"])
+    order = np.argsort(knots)
     return FoundShape(
-        chosen.candidate.depends_on, entry["sort"], "as drawn", 1.0, list(entry["knots"]),
-        values.tolist(),
-    )  # fmt: skip
+        name, entry["sort"], "as drawn", 1.0, knots[order].tolist(), values[order].tolist()
+    )
 
 
 def _grades(first: Choice | None, stands: bool) -> Grade | None:
