@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter, lsim, lti
+from scipy.signal import StateSpace, lfilter, lsim, lti
 from sklearn.linear_model import Ridge
 
 from drill_env.diagnosis.learners import _by_ridge, known_of, share_of
@@ -62,6 +62,24 @@ def test_a_linear_memory_is_predicted_whatever_its_lag(motions, torque, least):
 
 def test_noise_is_not_predicted(motions):
     assert shares(motions, lambda m: np.zeros(len(m.t)), 1.0) < 0.02
+
+
+def test_torque_that_shakes_the_disc_is_not_predicted_from_how_it_was_shaken():
+    """Coloured torque of a tenth of the drive's, and the speed that both give, exactly."""
+    axis, t = StateSpace([[-2.0]], [[1.0, 1.0]], [[1.0]], [[0.0, 0.0]]), np.arange(6000) / RATE
+    known, torques = [], []
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        u = np.repeat(1.0 + rng.uniform(-1.0, 1.0, 60), 100)
+        keep = math.exp(-1.0 / (RATE * 0.3))
+        shaken = (
+            0.1 * math.sqrt(1.0 - keep**2) * lfilter([1.0], [1.0, -keep], rng.normal(size=6000))
+        )
+        states = np.zeros((len(t), 6))
+        states[:, 1] = lsim(axis, np.column_stack([u, shaken]), t)[1]
+        known.append(known_of(NAMES, Motion(t, u, states, np.array([0]))))
+        torques.append(shaken)
+    assert share_of(known, torques) < 0.1
 
 
 def test_the_ridge_is_that_of_scikit_learn():

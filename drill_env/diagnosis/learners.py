@@ -29,7 +29,7 @@ class Known:
 
     Attributes:
         features: for trees, shape (n, a).
-        memories: for linear laws with a memory, of the motion and of its sizes too, shape (n, b).
+        memories: for linear laws with a memory, of the voltage and of its size too, shape (n, b).
     """
 
     features: FloatArray
@@ -48,8 +48,8 @@ def known_of(names: Sequence[str], motion: Motion) -> Known:
         motion: how the rig moved.
     """
     features = np.hstack([features_of(name, motion) for name in names])
-    memories = (memory_of(names, motion, sizes=sizes) for sizes in (False, True))
-    return Known(features, tuple(one for one in memories if one.shape[1]))
+    sizes = (False, True) if "voltage" in names else ()
+    return Known(features, tuple(memory_of(motion, sizes=size) for size in sizes))
 
 
 def share_of(known: Sequence[Known], values: Sequence[FloatArray]) -> float:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from drill_env._types import FloatArray
@@ -22,10 +20,8 @@ _LAGS: tuple[tuple[str, bool, float], ...] = (
 # even in the logarithm, not derived; trees interpolate between them.
 _WIDTHS = (0.03, 0.1, 0.3)
 
-# What a linear law with a memory may be of. An angle is where these have been.
-_REMEMBERED = ("voltage", "twist", "omega_u", "omega_l")
-# Its lags (s), from what few samples resolve to half of a short recording. With two a decade a law
-# whose lag lies between is a combination of both.
+# Lags (s) of a linear memory, from what few samples resolve to half of a short recording. With two
+# a decade a law whose lag lies between is a combination of both.
 _MEMORY = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 
 
@@ -48,21 +44,21 @@ def features_of(name: str, motion: Motion) -> FloatArray:
     return np.column_stack(columns)
 
 
-def memory_of(names: Sequence[str], motion: Motion, *, sizes: bool) -> FloatArray:
-    """Coordinates and what first-order lags of many times keep of them.
+def memory_of(motion: Motion, *, sizes: bool) -> FloatArray:
+    """The voltage and what first-order lags of many times keep of it.
 
-    Linear combinations of these are what any linear law with a memory makes of the motion: a
-    spring that creeps, a mass on rubber, a filter of the drive.
+    Linear combinations of these are what a linear rig and any linear law with a memory make of the
+    drive: a filter, a damper on rubber, a mass on a spring. Speeds are left out, whose fast past
+    tells the acceleration: whatever torque acts, noise too, accelerates the disc.
 
     Args:
-        names: of coordinates; what remembers nothing is left out.
         motion: how the rig moved.
-        sizes: whether also of their sizes.
+        sizes: whether also of its size.
     """
-    values = [COORDINATES[name](motion) for name in names if name in _REMEMBERED]
-    values += [np.abs(one) for one in values] if sizes else []
-    columns = [[one, *(_lagged(motion, one, lag) for lag in _MEMORY)] for one in values]
-    return np.column_stack([x for each in columns for x in each] or [np.zeros((len(motion.t), 0))])
+    values = [motion.u, np.abs(motion.u)] if sizes else [motion.u]
+    return np.column_stack(
+        [x for one in values for x in (one, *(_lagged(motion, one, lag) for lag in _MEMORY))]
+    )
 
 
 def _beyond_play(values: FloatArray, width: float) -> FloatArray:
