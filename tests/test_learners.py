@@ -103,7 +103,7 @@ def test_the_ridge_is_that_of_scikit_learn():
     error = math.sqrt(3.0) * np.std(missed[best], ddof=1)
     strongest = max(i for i in range(7) if total[i] <= total[best] + error)
     assert strongest > best
-    assert _by_ridge(x, y, group) == pytest.approx(1.0 - total[strongest] / 90, rel=1e-9)
+    assert _by_ridge([x], y, group) == pytest.approx(1.0 - total[strongest] / 90, rel=1e-9)
 
 
 def test_slow_noise_under_a_slow_motion_is_not_predicted():

@@ -176,7 +176,7 @@ def _shape(chosen: Tried, whole: Fit) -> FoundShape:
     entry, name = chosen.candidate.entry(whole.numbers[-1]), chosen.candidate.depends_on
     knots, values = np.array(entry["knots"]), np.array(entry["values"])
     if "period" in entry:
-        # The table is kept within its period; it is told where the disc was.
+        # The table is kept within its period; reported is where the disc was.
         low = min(float(coordinate(c.windows.motion, name).min()) for c in whole.setting.cuts)
         knots = low + np.mod(knots - low, entry["period"])
     order = np.argsort(knots)

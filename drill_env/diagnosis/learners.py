@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from drill_env._types import FloatArray, IntArray
+from drill_env._types import BoolArray, FloatArray, IntArray
 from drill_env.diagnosis.motion_features import features_of, memory_of
 from drill_env.effects.along import Motion
 
@@ -18,9 +18,9 @@ _ROWS = 6000
 _FEWEST = 300
 # Recordings from which on each is predicted from the others; fewer are cut into so many parts.
 _PARTS = 3
-# Strengths of the ridge, in shares of the columns' squares: from what rounding asks for to as much
-# as the columns themselves.
-_RIDGES = tuple(10.0**power for power in range(-6, 1))
+# Strengths of the ridge, in shares of the columns' squares: from as much as the columns themselves
+# to what rounding asks for.
+_RIDGES = tuple(10.0**-power for power in range(7))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,8 +71,8 @@ def share_of(known: Sequence[Known], values: Sequence[FloatArray]) -> float:
     y = y / np.sqrt(np.mean(y**2))
     group = _groups([len(v[::step]) for v in values])
     shares = [_by_trees(np.concatenate([one.features for one in known]), y, group)]
-    memories = zip(*(one.memories for one in known), strict=True)
-    return max(shares + [_by_ridge(np.concatenate(columns), y, group) for columns in memories])
+    memories = [np.concatenate(each) for each in zip(*(k.memories for k in known), strict=True)]
+    return max(shares + ([_by_ridge(memories, y, group)] if memories else []))
 
 
 def _by_trees(x: FloatArray, y: FloatArray, group: IntArray) -> float:
@@ -93,34 +93,44 @@ def _by_trees(x: FloatArray, y: FloatArray, group: IntArray) -> float:
     return 1.0 - missed / len(y)
 
 
-def _by_ridge(x: FloatArray, y: FloatArray, group: IntArray) -> float:
+def _by_ridge(memories: Sequence[FloatArray], y: FloatArray, group: IntArray) -> float:
     """The share of ridge regression (Hoerl and Kennard, Technometrics 12, 1970).
 
-    How strong it is no evidence tells here, as neighbouring rows are alike: recordings that were
-    not learnt from do. Of slow noise they are few, and one strength or another predicts some by
-    chance: the strongest within one standard error of the best counts (Breiman, Friedman, Olshen
-    and Stone, Classification and Regression Trees, 1984).
+    How strong it is, and on which memory, no evidence tells here, as neighbouring rows are alike:
+    recordings that were not learnt from do. Of slow noise they are few, and one model or another
+    predicts some by chance: the simplest within one standard error of the best counts (Breiman,
+    Friedman, Olshen and Stone, Classification and Regression Trees, 1984).
+
+    Args:
+        memories: of shape (n, b) each, the simplest first.
+        y: values, of mean square 1, shape (n,).
+        group: what is predicted together, shape (n,).
     """
-    size = x.std(axis=0)
-    x = (x - x.mean(axis=0)) / np.where(size > 0.0, size, 1.0)
-    x = np.column_stack([x, np.ones(len(x))])
     parts = [group == number for number in np.unique(group)]
-    squares = np.array([x[part].T @ x[part] for part in parts])
-    products = np.array([x[part].T @ y[part] for part in parts])
-    counts = np.array([np.sum(part) for part in parts])
-    missed = np.zeros((len(_RIDGES), len(parts)))
-    for part, (square, product, count) in enumerate(zip(squares, products, counts, strict=True)):
-        seen, told = squares.sum(axis=0) - square, products.sum(axis=0) - product
-        for place, ridge in enumerate(_RIDGES):
-            strength = ridge * (len(y) - count) * np.eye(len(seen))
-            law = np.linalg.solve(seen + strength, told)
-            missed[place, part] = law @ square @ law - 2.0 * law @ product
-    missed += [float(y[part] @ y[part]) for part in parts]
+    missed = np.concatenate([_missed(x, y, parts) for x in memories])
     total = missed.sum(axis=1)
     best = int(np.argmin(total))
     error = math.sqrt(len(parts) * float(np.var(missed[best], ddof=1)))
-    strongest = int(np.flatnonzero(total <= total[best] + error).max())
-    return 1.0 - float(total[strongest]) / len(y)
+    simplest = int(np.flatnonzero(total <= total[best] + error)[0])
+    return 1.0 - float(total[simplest]) / len(y)
+
+
+def _missed(x: FloatArray, y: FloatArray, parts: Sequence[BoolArray]) -> FloatArray:
+    """Squares that are left of each part under each ridge, the strongest first."""
+    size = x.std(axis=0)
+    x = (x - x.mean(axis=0)) / np.where(size > 0.0, size, 1.0)
+    x = np.column_stack([x, np.ones(len(x))])
+    squares = np.array([x[part].T @ x[part] for part in parts])
+    products = np.array([x[part].T @ y[part] for part in parts])
+    missed = np.zeros((len(_RIDGES), len(parts)))
+    for i, (part, square, product) in enumerate(zip(parts, squares, products, strict=True)):
+        seen, told = squares.sum(axis=0) - square, products.sum(axis=0) - product
+        for place, ridge in enumerate(_RIDGES):
+            strength = ridge * (len(y) - int(part.sum())) * np.eye(len(seen))
+            law = np.linalg.solve(seen + strength, told)
+            left = law @ square @ law - 2.0 * law @ product + y[part] @ y[part]
+            missed[place, i] = left
+    return missed
 
 
 def _groups(lengths: Sequence[int]) -> IntArray:
