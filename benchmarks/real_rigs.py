@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -28,6 +28,10 @@ from drill_env.recordings import Recording, parse_map, read_recording
 
 # Of EMPS, identified with all terms (Janot, Gautier and Brunot, 2019).
 EMPS = {"Ju": 95.1, "bu": 203.5, "Tsu": 20.39, "dTsu": -3.165}
+# Its makers publish a second model with friction of its own in each direction, which brings the
+# error of force from 4.083 to 3.112 %; these are its numbers in docs/one_inertia.md. Nearly all of
+# the offset is that asymmetry.
+ASYMMETRIC = {"Ju": 95.42, "bu": 210.2, "Tsu": 19.85, "dTsu": -0.24, "dbu": -36.9}
 GTAU = 35.15
 THINNED = 4
 
@@ -69,7 +73,7 @@ def _arm(joint: int, gain: float, rig: dict[str, float]) -> Callable[[Path], Any
     return read
 
 
-def _emps(*without: str) -> Callable[[Path], Any]:
+def _emps(*without: str, model: Mapping[str, float] = EMPS) -> Callable[[Path], Any]:
     def read(root: Path) -> tuple[list[Recording], list[Recording], Rig]:
         runs = []
         for name in ("DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"):
@@ -79,7 +83,7 @@ def _emps(*without: str) -> Callable[[Path], Any]:
                 for key in ("t", "vir", "qm")
             )
             runs.append([Recording(t, GTAU * u, theta, drive="torque", source=name)])
-        left = {k: 0.0 if k in without else v for k, v in EMPS.items()}
+        left = {k: 0.0 if k in without else v for k, v in model.items()}
         return runs[0], runs[1], Rig.one_inertia(km=1.0, **left)
 
     return read
@@ -113,11 +117,14 @@ MACHINES = {
     ),
     "arm, joint 2": Machine(FRICTION, ("upper",), _arm(2, 0.87, {}), 0.3),
     "EMPS without Coulomb friction": Machine(FRICTION, ("upper",), _emps("Tsu", "dTsu"), 0.2),
-    "EMPS without offset": Machine(("upper_offset",), ("upper",), _emps("dTsu"), 0.2),
+    "EMPS without offset": Machine(
+        ("upper_offset", "upper_asymmetry"), ("upper",), _emps("dTsu"), 0.2
+    ),
     "EMPS without viscous friction": Machine(
         ("upper_viscous", "upper_quadratic_drag"), ("upper",), _emps("bu"), 0.2
     ),
-    "EMPS as published": Machine((), (), _emps(), 0.2),
+    "EMPS, its symmetric model": Machine(("upper_asymmetry",), ("upper",), _emps(), 0.2),
+    "EMPS, its asymmetric model": Machine((), (), _emps(model=ASYMMETRIC), 0.2),
     "pendulum that swings freely": Machine(FRICTION, ("upper",), _pendulum, 0.1),
     "motor on a bridge": Machine((), ("actuator",), _motor, 0.7),
 }

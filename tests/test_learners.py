@@ -82,6 +82,17 @@ def test_torque_that_shakes_the_disc_is_not_predicted_from_how_it_was_shaken():
     assert share_of(known, torques) < 0.1
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_of_two_recordings_each_is_predicted_from_the_other(motions, sign):
+    """A curve that the other recording has not is its own affair."""
+    pair = motions[:2]
+    signs = (1.0, sign)
+    torques = [s * np.abs(m.states[:, 1]) ** 2 for s, m in zip(signs, pair, strict=True)]
+    torques = [torque - torque.mean() for torque in torques]
+    share = share_of([known_of(NAMES, m) for m in pair], torques)
+    assert share > 0.8 if sign > 0.0 else share < 0.05
+
+
 def test_the_ridge_is_that_of_scikit_learn():
     """The strongest within one standard error of the best, each part predicted from the others."""
     rng = np.random.default_rng(3)

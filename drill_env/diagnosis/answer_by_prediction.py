@@ -70,7 +70,7 @@ def answer_by_prediction(
     last = kept[-1] if kept and not kept[-1].named else None
     changed = _changes(whole, spread)
     verdict: Verdict = "consistent"
-    if last is not None or len(standing) < len(named):
+    if last is not None or len(standing) < len(named) or "predictable" in errors:
         verdict = "unexplained"
     elif named:
         verdict = "missing_physics"

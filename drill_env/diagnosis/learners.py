@@ -16,8 +16,8 @@ from drill_env.effects.along import Motion
 # Rows that are learnt from; smoothed torques change little from one row to the next.
 _ROWS = 6000
 _FEWEST = 300
-# Recordings from which on each is predicted from the others; fewer are cut into so many parts.
-_PARTS = 3
+# Parts of a recording that has no other to be predicted from.
+_PARTS = 2
 # Strengths of the ridge, in shares of the columns' squares: from as much as the columns themselves
 # to what rounding asks for.
 _RIDGES = tuple(10.0**-power for power in range(7))
@@ -134,7 +134,10 @@ def _missed(x: FloatArray, y: FloatArray, parts: Sequence[BoolArray]) -> FloatAr
 
 
 def _groups(lengths: Sequence[int]) -> IntArray:
-    """A number for each row: of its recording, or of its part of one where these are few."""
-    parts = 1 if len(lengths) >= _PARTS else _PARTS
+    """A number for each row: of its recording, or of its part of the only one.
+
+    A part is easier to predict from the rest of its own recording than another recording is.
+    """
+    parts = 1 if len(lengths) > 1 else _PARTS
     pairs = enumerate(lengths)
     return np.concatenate([place * parts + np.arange(n) * parts // n for place, n in pairs])

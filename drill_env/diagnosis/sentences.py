@@ -69,11 +69,6 @@ def verdict_sentence(result: DiagnosisResult) -> str:
             "than by discs that stand still. Check columns, units, signs and clocks, and that "
             "voltage and angles are of one run."
         )
-    if result.verdict in ("consistent", "parameters") and "predictable" in result.fit:
-        return (
-            "Something is left that has no name and is no curve over one coordinate: what the rig "
-            "leaves is not noise."
-        )
     if result.verdict == "consistent":
         return "Nothing is missing: the rig with fitted parameters explains the recordings."
     if result.verdict == "parameters":
@@ -260,11 +255,10 @@ def sentences_by_prediction(result: DiagnosisResult) -> list[str]:
         lines.append(f"These recordings do not rule out {named}.")
     lines += _nearer(result)
     if "predictable" in result.fit:
-        none = "Nothing else" if result.effects else "Nothing"
         lines.append(
-            f"{none} on offer predicts better. But {result.fit['predictable']:.0%} of what is "
-            "left of the error over 0.1 s is predicted from the motion and its past without any "
-            f"law, most of it from {result.fit['predictable_from']}: a law is not quite right."
+            f"No name or curve on offer predicts {'the rest' if result.effects else 'it'}, but "
+            f"{result.fit['predictable']:.0%} of the error over 0.1 s is predicted from the motion "
+            f"and its past without any law, most of it from {result.fit['predictable_from']}."
         )
     return lines + result.faults
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from drill_env._watch import Report
 from drill_env.prediction.candidate import Candidate
+from drill_env.prediction.compare import listed
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.fit import Fit, fit
 from drill_env.prediction.rule import NO_GRADES, Entrant, Grades, chosen, undetermined
@@ -124,6 +125,13 @@ def explained(
         choice = decided(searched(folds, here, offered, report), criteria)
         if not choices and choice.chosen is None:
             choice = _told_by_place(choice, criteria)
+        pair = None
+        if not choices and most > 1 and not report("looking beside what most machines have"):
+            pair = _pair_for(choice, folds, offered, criteria, report)
+        if pair is not None:
+            choices, folds, here = pair
+            taken |= _ids(choices)
+            continue
         first = choices[0].chosen if choices else None
         if choice.chosen is not None and first is not None:
             small = choice.chosen.row.gain < criteria.neighbour * first.row.gain
@@ -147,6 +155,41 @@ def _ids(choices: Sequence[Choice]) -> set[str]:
     return {c.chosen.candidate.id for c in choices if c.chosen is not None}
 
 
+def _pair_for(
+    choice: Choice, folds: Sequence[Fold], offered: Sequence[Candidate], criteria: Criteria,
+    report: Report,
+) -> tuple[list[Choice], tuple[Fold, ...], tuple[Fit, ...]] | None:  # fmt: skip
+    """A name that most machines have and a second one in place of a curve, if they explain it.
+
+    A curve over a coordinate is the sum of all laws over it. What is common is looked for first,
+    clear or not while the other is missing; both have to be clear beside each other, and explain
+    together what a name must of a curve.
+    """
+    curve = choice.chosen
+    usual = [t for t in choice.found.names if t.candidate.effect and t.candidate.effect.common]
+    if curve is None or choice.named:
+        return None
+    usual = [
+        t
+        for t in usual
+        if t.candidate.component == curve.candidate.component and t.row.gain >= criteria.gain
+    ]
+    if not usual:
+        return None
+    first = max(usual, key=lambda t: t.row.gain)
+    folds, here = begun_anew(folds, first.fits)
+    others = [c for c in offered if c.id != first.candidate.id]
+    second = decided(searched(folds, here, others, report), criteria)
+    if second.chosen is None or not second.named:
+        return None
+    folds, here = begun_anew(folds, second.chosen.fits)
+    both, here = _again(folds, [replace(choice, chosen=first), second], here, criteria, report)
+    told = [c.chosen.row.gain for c in both if c.chosen is not None]
+    if len(told) < 2 or sum(told) < criteria.share * curve.row.gain:
+        return None
+    return both, folds, here
+
+
 def _told_by_place(choice: Choice, criteria: Criteria) -> Choice:
     told = undetermined([_entrant(t) for t in choice.tried], criteria)
     if told.chosen is None:
@@ -162,12 +205,17 @@ def _again(
     """Choose each of several effects once more, beside the others.
 
     What was found first was judged while the rest was missing, and may have stood in for it; so
-    may what was not clear then be clear now.
+    may what was not clear then be clear now. Shapes that were listed are there for the names that
+    stand for them, and take the place of none.
     """
     kept: list[Choice] = []
     for choice in choices:
         rivals = [t.candidate for t in choice.found.names if t.row.gain >= criteria.gain]
-        choice = decided(searched(folds, without_first(here), rivals, report), criteria)
+        rivals += [t.candidate for t in choice.found.shapes if listed(t.row, criteria)]
+        found = searched(folds, without_first(here), rivals, report)
+        choice = decided(found, criteria)
+        if not choice.named:
+            choice = decided(replace(found, shapes=()), criteria)
         # What is taken comes last among the fits, so that once round all stand in their order.
         here = choice.found.before if choice.chosen is None else choice.chosen.fits
         kept += [] if choice.chosen is None else [choice]

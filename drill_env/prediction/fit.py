@@ -59,8 +59,14 @@ class Fit:
         return np.concatenate([self.vector, *self.numbers])
 
     def judged(self, cuts: Sequence[Cut]) -> FloatArray:
-        """Log density of each window of other recordings at each lead, shape (w, k)."""
-        return log_density(errors_of(self, cuts), self.size, self.setting.criteria.degrees)
+        """Log density of each window of other recordings at each lead, shape (w, k).
+
+        Their scale is their own: what counts is the logarithm of a model's error. By that of the
+        fitted recordings a better model could lose where others are disturbed more.
+        """
+        degrees = self.setting.criteria.degrees
+        errors = errors_of(self, cuts)
+        return log_density(errors, scales(errors, degrees), degrees)
 
 
 def errors_of(here: Fit, cuts: Sequence[Cut]) -> FloatArray:

@@ -87,10 +87,10 @@ def chosen(entrants: Sequence[Entrant], criteria: Criteria) -> Choice:
 
     A candidate is listed if unseen windows ask for it and its numbers are determined; so is a name
     that explains the stated share of what a listed free shape at its component does. Of the names
-    that hold 95 % of the probability (`weighed`), one that most machines have is taken, or else the
-    most probable one. A free shape at its component takes the place of a name if it predicts
-    clearly better and the name explains less than that share; one at another component, which is
-    no curve of the name's, if it is likelier than that there is a name.
+    that hold 95 % of the probability (`weighed`), first of those that explain this share of what
+    the best shape does, one that most machines have is taken, or else the most probable one. The
+    shape takes the place of a name if it predicts clearly better and the name explains less; one at
+    another component, which is no curve of the name's, if it is likelier than that there is a name.
 
     Args:
         entrants: names and free shapes.
@@ -107,8 +107,8 @@ def chosen(entrants: Sequence[Entrant], criteria: Criteria) -> Choice:
     there = [*names, *shapes]
     if not there:
         return Choice(None, 1.0, NO_GRADES, {})
-    name = _most_plausible(_weighed(names, criteria))
     shape = max(shapes, key=lambda e: e.row.gain, default=None)
+    name = _most_plausible(_weighed(names, criteria), shape, criteria)
     taken, share = name or shape, 1.0
     if name is not None and shape is not None:
         share = min(name.row.gain / shape.row.gain, 1.0)
@@ -171,12 +171,17 @@ def _ahead(one: Row, other: Row, criteria: Criteria) -> bool:
     return beyond.gain >= criteria.gain and (not scatter or beyond.z >= criteria.z)
 
 
-def _most_plausible(names: Sequence[Entrant]) -> Entrant | None:
-    """A name that most machines have, if the recordings do not rule it out, or else the best."""
-    if not names:
-        return None
+def _most_plausible(
+    names: Sequence[Entrant], shape: Entrant | None, criteria: Criteria
+) -> Entrant | None:
+    """A name that most machines have, if the recordings do not rule it out, or else the best.
+
+    First of those that explain the stated share of what the best shape does.
+    """
     credible = _credible(names)
-    return next((e for e in credible if e.common), credible[0])
+    covering = [e for e in credible if shape and e.row.gain >= criteria.share * shape.row.gain]
+    asked = covering or credible
+    return next((e for e in asked if e.common), asked[0] if asked else None)
 
 
 def _credible(entrants: Sequence[Entrant]) -> list[Entrant]:

@@ -57,8 +57,6 @@ def prediction_page(found: PredictionDiagnosis) -> str:
     ).get_template("prediction.html")  # fmt: skip
     result = found.result
     tone, title = VERDICTS[result.verdict]
-    if tone != "bad" and "predictable" in result.fit:
-        tone, title = "note", "What is left is not noise, but has no name"
     return page.render(
         result=result, tone=tone, title=title, names=names_of(result), grades=grade_rows(result),
         effects=[effect_rows(e.parameters) for e in result.effects],
