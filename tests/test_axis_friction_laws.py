@@ -84,3 +84,8 @@ def test_a_usual_name_goes_first_if_it_explains_four_fifths_of_the_curve(gain, t
     assert told.chosen is not None and told.chosen.id == taken
     # So much is probable in both: neither is ruled out.
     assert min(told.weights["rare"], told.weights["usual"]) > 0.05
+
+
+def test_a_curve_without_a_name_stands_alone():
+    told = chosen([entrant("curve", 54.0, named=False)], Criteria())
+    assert told.chosen is not None and told.chosen.id == "curve" and not told.grades.law

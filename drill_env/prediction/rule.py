@@ -178,10 +178,12 @@ def _most_plausible(
 
     First of those that explain the stated share of what the best shape does.
     """
+    if not names:
+        return None
     credible = _credible(names)
     covering = [e for e in credible if shape and e.row.gain >= criteria.share * shape.row.gain]
     asked = covering or credible
-    return next((e for e in asked if e.common), asked[0] if asked else None)
+    return next((e for e in asked if e.common), asked[0])
 
 
 def _credible(entrants: Sequence[Entrant]) -> list[Entrant]:
