@@ -88,4 +88,5 @@ def test_a_usual_name_goes_first_if_it_explains_four_fifths_of_the_curve(gain, t
 
 def test_a_curve_without_a_name_stands_alone():
     told = chosen([entrant("curve", 54.0, named=False)], Criteria())
-    assert told.chosen is not None and told.chosen.id == "curve" and not told.grades.law
+    assert told.chosen is not None and told.chosen.id == "curve"
+    assert told.grades.component == 1.0 and told.grades.family == 0.0
