@@ -253,14 +253,13 @@ def sentences_by_prediction(result: DiagnosisResult) -> list[str]:
     if rivals:
         named = ", ".join(f"{a.id} ({a.probability:.2f})" for a in rivals[:3])
         lines.append(f"These recordings do not rule out {named}.")
-    lines += _nearer(result)
     if "predictable" in result.fit:
         lines.append(
             f"No name or curve on offer predicts {'the rest' if result.effects else 'it'}, but "
             f"{result.fit['predictable']:.0%} of the error over 0.1 s is predicted from the motion "
             f"and its past without any law, most of it from {result.fit['predictable_from']}."
         )
-    return lines + result.faults
+    return lines + _nearer(result) + result.faults
 
 
 def _nearer(result: DiagnosisResult) -> list[str]:
@@ -269,10 +268,10 @@ def _nearer(result: DiagnosisResult) -> list[str]:
     for name in ("theta_u", "theta_l"):
         if name in told:
             before, after = told[name]["before_rms"][-1], told[name]["after_rms"][-1]
+            change = f", before {before:.3g} rad" if result.effects or result.shape else ""
             lines.append(
                 f"In recordings that were not fitted, the prediction of {name} over "
-                f"{told['leads_s'][-1]:.2g} s errs by {after:.3g} rad, before {before:.3g} rad "
-                "(root mean square)."
+                f"{told['leads_s'][-1]:.2g} s errs by {after:.3g} rad{change} (root mean square)."
             )
     return lines
 
