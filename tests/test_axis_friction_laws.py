@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -60,6 +62,17 @@ def test_two_laws_over_one_speed_are_no_curve_without_a_name():
     assert named.keys() == {"upper_coulomb", "upper_asymmetry"}
     assert named["upper_coulomb"]["torque"].value == pytest.approx(COULOMB, rel=0.1)
     assert named["upper_asymmetry"]["damping"].value == pytest.approx(ASYMMETRY, rel=0.1)
+
+
+def test_recordings_full_of_gaps_are_predicted_less_far_ahead():
+    """Of every 0.75 s the last 0.15 are lost: no stretch holds a window of 1 s."""
+    runs = [recorded(seed, COULOMB, 0.02) for seed in (5, 6)]
+    kept = np.arange(len(runs[0])) % 150 < 120
+    runs = [replace(r, t=r.t[kept], u=r.u[kept], theta_u=r.theta_u[kept]) for r in runs]
+    rig = Rig.one_inertia(km=1.0, Ju=J, Tsu=COULOMB, bu=B, dbu=ASYMMETRY)
+    found = diagnose_by_prediction(runs[:1], rig, runs[1:], OPTIONS)
+    assert found.result.verdict in ("consistent", "parameters")
+    assert found.leads[-1] <= 0.5
 
 
 def test_densities_by_their_own_scale_differ_by_the_logarithm_of_the_errors():

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from threadpoolctl import threadpool_limits
 
+from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env._watch import Report
 from drill_env.diagnosis.answer_by_prediction import answer_by_prediction
@@ -105,8 +106,9 @@ def diagnose_by_prediction(
             )
             return explained(folds, offered, criteria, options.most, report), leads
 
-        looks = [look(criteria.horizons[0])]
-        for horizon in criteria.horizons[1:]:
+        horizons = _possible(read, rig, criteria)
+        looks = [look(horizons[0])]
+        for horizon in horizons[1:]:
             if looks[-1][0].told or report("looking less far ahead"):
                 break
             looks.append(look(horizon))
@@ -121,6 +123,23 @@ def diagnose_by_prediction(
     return PredictionDiagnosis(
         result, tuple(found.choices), before, after, whole, fold, leads, rig, whole.rig
     )
+
+
+def _possible(
+    read: Sequence[Sequence[tuple[Samples, Motion]]], rig: Rig, criteria: Criteria
+) -> tuple[float, ...]:
+    """Horizons for which every recording has a stretch without a gap; the last one regardless."""
+    pulled, every = rig.inertias == 2, [pair for group in read for pair in group]
+    shortest = [s for s, _ in min(read, key=lambda group: _seconds([s for s, _ in group]))]
+    for place, horizon in enumerate(criteria.horizons[:-1]):
+        leads = leads_of(shortest, criteria, horizon)
+        try:
+            for samples, motion in every:
+                cut(samples, motion, rig, leads, pulled=pulled)
+        except InputError:
+            continue
+        return criteria.horizons[place:]
+    return criteria.horizons[-1:]
 
 
 def _folds(

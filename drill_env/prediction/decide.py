@@ -125,9 +125,8 @@ def explained(
         choice = decided(searched(folds, here, offered, report), criteria)
         if not choices and choice.chosen is None:
             choice = _told_by_place(choice, criteria)
-        pair = None
-        if not choices and most > 1 and not report("looking beside what most machines have"):
-            pair = _pair_for(choice, folds, offered, criteria, report)
+        first_of_many = not choices and most > 1
+        pair = _pair_for(choice, folds, offered, criteria, report) if first_of_many else None
         if pair is not None:
             choices, folds, here = pair
             taken |= _ids(choices)
@@ -166,15 +165,17 @@ def _pair_for(
     together what a name must of a curve.
     """
     curve = choice.chosen
-    usual = [t for t in choice.found.names if t.candidate.effect and t.candidate.effect.common]
     if curve is None or choice.named:
         return None
     usual = [
         t
-        for t in usual
-        if t.candidate.component == curve.candidate.component and t.row.gain >= criteria.gain
+        for t in choice.found.names
+        if t.candidate.effect is not None
+        and t.candidate.effect.common
+        and t.candidate.component == curve.candidate.component
+        and t.row.gain >= criteria.gain
     ]
-    if not usual:
+    if not usual or report("looking beside what most machines have"):
         return None
     first = max(usual, key=lambda t: t.row.gain)
     folds, here = begun_anew(folds, first.fits)
