@@ -188,9 +188,13 @@ class _Judge:
             attempt.term.id, gain, error, z, (told, unseen), len(attempt.term.q), each,
             recordings=tuple(self.marks()),
         )  # fmt: skip
-        # What scatter may do is no contradiction. But what those that it was fitted to do not ask
-        # for at all is nothing that others could bear out.
-        borne = unseen > -max(self.criteria.gain, self.criteria.z * error) and told > 0.0
+        # What scatter may do is no contradiction of a name; a free shape, which fits what it will,
+        # has to predict others better. But what those that it was fitted to do not ask for at all
+        # is nothing that others could bear out.
+        least = -max(self.criteria.gain, self.criteria.z * error)
+        if len(gains) and not is_named(attempt.term):
+            least = self.criteria.gain
+        borne = unseen > least and told > 0.0
         return row, borne and not at_range_end(attempt.term)
 
     def climbed(self, found: Found, taken: Attempt, table: Weighed) -> Fit:

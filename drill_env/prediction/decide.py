@@ -95,7 +95,7 @@ def _entrant(tried: Tried) -> Entrant:
     candidate = tried.candidate
     named = candidate.effect is not None
     # Numbers of a free shape are bounded by what is known of them.
-    inside = not any(f.candidates[-1].at_end(f.numbers[-1]) for f in tried.fits)
+    inside = not named or not any(f.candidates[-1].at_end(f.numbers[-1]) for f in tried.fits)
     common = candidate.effect is not None and candidate.effect.common
     return Entrant(
         candidate.id, candidate.component, candidate.depends_on, named, common, inside, tried.row

@@ -29,7 +29,7 @@ class Entrant:
         depends_on: coordinate that it is a function of.
         named: whether it is an effect of the library and no free shape.
         common: whether most machines have it.
-        determined: whether its numbers are inside their ranges.
+        determined: whether its numbers are inside their ranges and unseen recordings bear it.
         row: how it predicts unseen recordings.
     """
 
@@ -96,7 +96,7 @@ def chosen(entrants: Sequence[Entrant], criteria: Criteria) -> Choice:
         entrants: names and free shapes.
         criteria: of the decision.
     """
-    shapes = [e for e in entrants if not e.named and listed(e.row, criteria)]
+    shapes = [e for e in entrants if not e.named and e.determined and listed(e.row, criteria)]
     names = [
         e
         for e in entrants
