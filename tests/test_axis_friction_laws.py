@@ -103,3 +103,12 @@ def test_a_curve_without_a_name_stands_alone():
     told = chosen([entrant("curve", 54.0, named=False)], Criteria())
     assert told.chosen is not None and told.chosen.id == "curve"
     assert told.grades.component == 1.0 and told.grades.family == 0.0
+
+
+def test_a_curve_that_unseen_recordings_do_not_bear_is_none():
+    curve = replace(entrant("curve", 54.0, named=False), determined=False)
+    assert chosen([curve], Criteria()).chosen is None
+    # Nor does a name need to stand for it.
+    name = entrant("name", 30.0)
+    told = chosen([curve, name], Criteria())
+    assert told.chosen is not None and told.chosen.id == "name" and told.share == 1.0
