@@ -60,16 +60,16 @@ def with_residual_torque(
     found = replace(found, residual_torque=left)
     contradicted = found.refuted is not None and found.explained == 1.0
     fitted = len(found.setting.samples)
-    if contradicted and max(left.shares) < PREDICTABLE:
-        # What fitted recordings alone have, of which each tells the others, is there nevertheless.
-        among = residual_torque_of(latents[:fitted])
-        contradicted = max(among.shares) >= PREDICTABLE
-        found = found if contradicted else replace(found, refuted=None)
-    terms = found.final.terms
-    if max(left.shares) < PREDICTABLE or contradicted:
+    terms, little = found.final.terms, max(left.shares) < PREDICTABLE
+    if little or contradicted:
         # A name that other recordings did not bear out may have been one phase of what repeats.
-        alone = not (law or terms)
-        return replace(found, repetition=_repeats(latents, fitted)) if alone else found
+        if not (law or terms):
+            found = replace(found, repetition=_repeats(latents, fitted))
+        # What the fitted ones alone have, of which each tells the others, is there nevertheless.
+        nothing = contradicted and little and found.repetition is None
+        if nothing and max(residual_torque_of(latents[:fitted]).shares) < PREDICTABLE:
+            found = replace(found, refuted=None)
+        return found
     single = [t.source for t in terms if happened_once(t.source)]
     strikes = not single or any(isinstance(source, Once) for source in single)
     if not law and strikes and len(single) == len(terms):
