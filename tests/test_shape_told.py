@@ -1,4 +1,4 @@
-"""A free shape over an angle is told where the disc was."""
+"""A free shape over an angle is reported where the disc was."""
 
 from __future__ import annotations
 

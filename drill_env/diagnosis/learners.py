@@ -16,7 +16,7 @@ from drill_env.effects.along import Motion
 # Rows that are learnt from; smoothed torques change little from one row to the next.
 _ROWS = 6000
 _FEWEST = 300
-# Parts of a recording that has no other to be predicted from.
+# Parts of a lone recording: the fewest of which one can be predicted from another.
 _PARTS = 2
 # Strengths of the ridge, in shares of the columns' squares: from as much as the columns themselves
 # to what rounding asks for.
