@@ -21,11 +21,13 @@ def told(innovation: np.ndarray, variance: float) -> SimpleNamespace:
     )
 
 
+@pytest.mark.parametrize("disturbed", [1.0, 3.0])
 @pytest.mark.parametrize("heavy", [False, True])
-def test_an_error_of_the_filters_noise_gains_and_costs_nothing(monkeypatch, heavy):
+def test_an_error_of_the_filters_noise_gains_and_costs_nothing(monkeypatch, heavy, disturbed):
     draw = stats.t(DEGREES) if heavy else stats.norm()
     fitted, unseen = (
-        draw.rvs((ROWS, 2), random_state=np.random.default_rng(seed)) for seed in (1, 2)
+        size * draw.rvs((ROWS, 2), random_state=np.random.default_rng(seed))
+        for seed, size in ((1, 1.0), (2, disturbed))
     )
     samples = SimpleNamespace(t=np.arange(ROWS) / 1000.0, angles=unseen)
 
@@ -41,6 +43,6 @@ def test_an_error_of_the_filters_noise_gains_and_costs_nothing(monkeypatch, heav
     assert nats(4.0) == pytest.approx(right, abs=1e-6)
     if heavy:
         constant = stats.t(DEGREES).logpdf(0.0) * 2 * ROWS
-        truth = stats.t(DEGREES).logpdf(unseen).sum() - constant
+        truth = stats.t(DEGREES, scale=disturbed).logpdf(unseen).sum() - constant
         # One scale is estimated for each reading.
         assert right == pytest.approx(truth, abs=3.0)

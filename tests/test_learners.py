@@ -32,13 +32,12 @@ def motions():
     return [moved(seed) for seed in range(4)]
 
 
-def shares(motions, torque, size):
-    """Share predicted of a torque in white noise of a given size."""
-    noise = [
-        size * np.random.default_rng(k).standard_normal(len(m.t)) for k, m in enumerate(motions)
-    ]
-    known = [known_of(NAMES, m) for m in motions]
-    return share_of(known, [torque(m) + e for m, e in zip(motions, noise, strict=True)])
+def shares(motions, torque, *sizes):
+    """Share predicted of a torque in white noise, of given sizes in torques of each recording."""
+    torques = [torque(m) for m in motions]
+    for k, (one, size) in enumerate(zip(torques, sizes, strict=True)):
+        one += size * (np.std(one) or 1.0) * np.random.default_rng(k).standard_normal(len(one))
+    return share_of([known_of(NAMES, m) for m in motions], torques)
 
 
 def damper_on_rubber(m: Motion) -> np.ndarray:
@@ -54,14 +53,19 @@ def stator_on_feet(m: Motion) -> np.ndarray:
 
 @pytest.mark.parametrize(("torque", "least"), [(damper_on_rubber, 0.95), (stator_on_feet, 0.8)])
 def test_a_linear_memory_is_predicted_whatever_its_lag(motions, torque, least):
-    size = np.std(np.concatenate([torque(m) for m in motions]))
-    assert shares(motions, torque, 0.1 * size) > least
+    assert shares(motions, torque, *[0.1] * 4) > least
     # Half of the squares is noise.
-    assert 0.5 * least < shares(motions, torque, size) < 0.55
+    assert 0.5 * least < shares(motions, torque, *[1.0] * 4) < 0.55
+
+
+def test_a_recording_counts_as_the_others_however_much_is_left_in_it(motions):
+    """All but all squares are those of one that nothing predicts: it is a quarter of them."""
+    share = shares(motions, damper_on_rubber, 0.1, 0.1, 0.1, 30.0)
+    assert share == pytest.approx(0.75, abs=0.05)
 
 
 def test_noise_is_not_predicted(motions):
-    assert shares(motions, lambda m: np.zeros(len(m.t)), 1.0) < 0.02
+    assert shares(motions, lambda m: np.zeros(len(m.t)), *[1.0] * 4) < 0.02
 
 
 def test_torque_that_shakes_the_disc_is_not_predicted_from_how_it_was_shaken():
@@ -111,10 +115,13 @@ def test_the_ridge_is_that_of_scikit_learn():
         missed.append(each)
     total = np.sum(missed, axis=1)
     best = int(np.argmin(total))
-    error = math.sqrt(3.0) * np.std(missed[best], ddof=1)
-    strongest = max(i for i in range(7) if total[i] <= total[best] + error)
+    more = np.subtract(missed, missed[best])
+    # 1.32 deviations of three values have the chance of one of a normal.
+    errors = 1.3213 * math.sqrt(3.0) * np.std(more, axis=1, ddof=1)
+    strongest = max(i for i in range(7) if more[i].sum() <= errors[i])
     assert strongest > best
-    assert _by_ridge([x], y, group) == pytest.approx(1.0 - total[strongest] / 90, rel=1e-9)
+    share = 1.0 - total[strongest] / 90
+    assert _by_ridge([x], y, np.ones(90), group) == pytest.approx(share, rel=1e-9)
 
 
 def test_slow_noise_under_a_slow_motion_is_not_predicted():

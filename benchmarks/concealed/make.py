@@ -7,21 +7,24 @@ are not made again.
 
 from __future__ import annotations
 
+import functools
 import json
+from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
-from rich.progress import track
 
 from benchmarks.concealed import seal
 from benchmarks.concealed.cases import FIRST_PROOF_SEED, KINDS, Plan, draw, plan, play_case
 from benchmarks.concealed.library import LIBRARY
 from benchmarks.concealed.recordings import Made
+from drill_env._engine import Engine, run
 from drill_env._errors import InputError
 from drill_env._files import make_folder, write_text
+from drill_env.cli._engine_options import JobsOption, counted
 
 
 def plans(
@@ -64,6 +67,13 @@ def make_case(seed: int, planned: Plan, folder: Path, answer: Path) -> None:
     write_text(answer, json.dumps({"case": folder.name, **told}, indent=1) + "\n")
 
 
+def _one(seed: int, out: Path, answers: Path, numbered: tuple[int, Plan]) -> None:
+    number, planned = numbered
+    answer = answers / f"{number:03d}.json"
+    if not answer.exists():
+        make_case(seed, planned, out / f"case-{number:03d}", answer)
+
+
 def main(
     out: Annotated[Path, typer.Option(help="Folder of the cases.")],
     answers: Annotated[Path, typer.Option(help="Folder of the answers.")],
@@ -72,6 +82,7 @@ def main(
     cases: Annotated[int, typer.Option(help="Of each kind without a count.")] = 10,
     ratios: Annotated[str, typer.Option(help="Of single effects to their limits.")] = "1,2,5,20",
     effects: Annotated[list[str] | None, typer.Option(help="Single effects; all.")] = None,
+    jobs: JobsOption = None,
 ) -> None:
     """Make the cases, seal the answers and print the seal's digest."""
     told = [f"--kinds {k}" for k in kinds or list(KINDS)]
@@ -88,10 +99,10 @@ def main(
         raise typer.Exit(2) from error
     # Numbers tell nothing of the kind.
     order = np.random.default_rng([seed, len(planned)]).permutation(len(planned))
-    for number, place in track(enumerate(order, 1), "cases", len(planned), transient=True):
-        answer = answers / f"{number:03d}.json"
-        if not answer.exists():
-            make_case(seed, planned[int(place)], out / f"case-{number:03d}", answer)
+    numbered = [(number, planned[int(place)]) for number, place in enumerate(order, 1)]
+    with counted("cases") as watch:
+        once = functools.partial(_one, seed, out, answers)
+        deque(run(once, numbered, Engine(jobs=jobs), progress=watch), 0)
     print(f"{len(planned)} cases, seal {seal.write_seal(answers, command)}")
 
 

@@ -17,8 +17,9 @@ _BLOCK = 5.0
 def block_densities(samples: Samples, setting: Setting, fit: Fit, degrees: float) -> FloatArray:
     """Log density of the readings in each block of a recording, nats, shape (blocks,).
 
-    Its scale is the most likely one of the recordings that were fitted. By the filter's own, which
-    is that of a normal density, whichever fit came to a little less noise would gain.
+    Its scale is the most likely one of the recording, as windows of an axis have one. By the
+    filter's own, which is that of a normal density, whichever fit came to a little less noise would
+    gain; by that of the fitted recordings a better fit could lose where others are disturbed more.
 
     Args:
         samples: the recording.
@@ -27,7 +28,7 @@ def block_densities(samples: Samples, setting: Setting, fit: Fit, degrees: float
         degrees: of freedom of Student's t.
     """
     trace = followed(samples, setting, fit)[2].trace
-    size = _scales(fit, degrees)
+    size = _scales(trace.standardised, degrees)
     tail = (degrees + 1.0) * np.log1p((trace.standardised / size) ** 2 / degrees)
     with np.errstate(divide="ignore"):
         level = np.log(trace.variance * size**2)
@@ -44,10 +45,9 @@ def block_densities(samples: Samples, setting: Setting, fit: Fit, degrees: float
     return out
 
 
-def _scales(fit: Fit, degrees: float) -> FloatArray:
-    """Of each reading's innovations in the fitted recordings, in the filter's deviations."""
-    fitted = np.concatenate([trace.standardised for trace in fit.traces])
-    known = [one[np.isfinite(one)] for one in fitted.T]
+def _scales(innovations: FloatArray, degrees: float) -> FloatArray:
+    """Of each reading's innovations, in the filter's deviations."""
+    known = [one[np.isfinite(one)] for one in innovations.T]
     return np.array([scales(e[:, None, None], degrees)[0, 0] if len(e) else 1.0 for e in known])
 
 

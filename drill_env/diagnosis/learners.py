@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import ndtr, stdtrit
 from threadpoolctl import threadpool_limits
 
 from drill_env._types import BoolArray, FloatArray, IntArray
@@ -56,7 +56,9 @@ def share_of(known: Sequence[Known], values: Sequence[FloatArray]) -> float:
     """Share of the squares of values that is predicted in recordings that were not learnt from.
 
     Each is predicted from the others, by boosted trees and by ridge regression on memories. Of
-    noise every learner predicts less than nothing, so the best of them hardly more.
+    noise every learner predicts less than nothing, so the best of them hardly more. All recordings
+    count alike: of one that has most of the squares, as numbers fitted to others are wrong for it,
+    what is predicted tells of these numbers.
 
     Args:
         known: of each recording.
@@ -67,15 +69,25 @@ def share_of(known: Sequence[Known], values: Sequence[FloatArray]) -> float:
     y = np.concatenate([v[::step] for v in values])
     if len(y) < _FEWEST or not np.any(y):
         return 0.0
-    # Leaves need values of order one to tell a gain from rounding.
-    y = y / np.sqrt(np.mean(y**2))
     group = _groups([len(v[::step]) for v in values])
-    shares = [_by_trees(np.concatenate([one.features for one in known]), y, group)]
+    weight = _weights(y, group)
+    # Leaves need values of order one to tell a gain from rounding.
+    level = float(np.mean(weight))
+    y, weight = y * np.sqrt(level), weight / level
+    shares = [_by_trees(np.concatenate([one.features for one in known]), y, weight, group)]
     memories = [np.concatenate(each) for each in zip(*(k.memories for k in known), strict=True)]
-    return max(shares + ([_by_ridge(memories, y, group)] if memories else []))
+    return max(shares + ([_by_ridge(memories, y, weight, group)] if memories else []))
 
 
-def _by_trees(x: FloatArray, y: FloatArray, group: IntArray) -> float:
+def _weights(y: FloatArray, group: IntArray) -> FloatArray:
+    """One over the mean square of what is predicted together, shape (n,)."""
+    squares = np.bincount(group, y**2) / np.bincount(group)
+    # Of a recording in which nothing is left, nothing is to be predicted.
+    squares[squares == 0.0] = np.inf
+    return np.asarray(1.0 / squares[group], dtype=np.float64)
+
+
+def _by_trees(x: FloatArray, y: FloatArray, weight: FloatArray, group: IntArray) -> float:
     # A second for its import is spent by those who diagnose only.
     from sklearn.ensemble import HistGradientBoostingRegressor
 
@@ -88,38 +100,48 @@ def _by_trees(x: FloatArray, y: FloatArray, group: IntArray) -> float:
         )  # fmt: skip
         # They came after the limit that the diagnosis sets, and few rows are slower with more.
         with threadpool_limits(1):
-            trees.fit(x[~unseen], y[~unseen])
-            missed += float(np.sum((y[unseen] - trees.predict(x[unseen])) ** 2))
-    return 1.0 - missed / len(y)
+            trees.fit(x[~unseen], y[~unseen], sample_weight=weight[~unseen])
+            missed += float(weight[unseen] @ (y[unseen] - trees.predict(x[unseen])) ** 2)
+    return 1.0 - missed / float(weight @ y**2)
 
 
-def _by_ridge(memories: Sequence[FloatArray], y: FloatArray, group: IntArray) -> float:
+def _by_ridge(
+    memories: Sequence[FloatArray], y: FloatArray, weight: FloatArray, group: IntArray
+) -> float:
     """The share of ridge regression (Hoerl and Kennard, Technometrics 12, 1970).
 
     How strong it is, and on which memory, no evidence tells here, as neighbouring rows are alike:
     recordings that were not learnt from do. Of slow noise they are few, and one model or another
     predicts some by chance: the simplest within one standard error of the best counts (Breiman,
-    Friedman, Olshen and Stone, Classification and Regression Trees, 1984).
+    Friedman, Olshen and Stone, Classification and Regression Trees, 1984), that of the difference,
+    as some recordings have more noise than others, and as wide as so few of them make it (Student,
+    Biometrika 6, 1908).
 
     Args:
         memories: of shape (n, b) each, the simplest first.
-        y: values, of mean square 1, shape (n,).
+        y: values, shape (n,).
+        weight: of their squares, shape (n,).
         group: what is predicted together, shape (n,).
     """
     parts = [group == number for number in np.unique(group)]
-    missed = np.concatenate([_missed(x, y, parts) for x in memories])
+    missed = np.concatenate([_missed(x, y, weight, parts) for x in memories])
     total = missed.sum(axis=1)
     best = int(np.argmin(total))
-    error = math.sqrt(len(parts) * float(np.var(missed[best], ddof=1)))
-    simplest = int(np.flatnonzero(total <= total[best] + error)[0])
-    return 1.0 - float(total[simplest]) / len(y)
+    more = missed - missed[best]
+    wide = float(stdtrit(len(parts) - 1, ndtr(1.0)))
+    error = wide * np.sqrt(len(parts) * np.var(more, axis=1, ddof=1))
+    simplest = int(np.flatnonzero(more.sum(axis=1) <= error)[0])
+    return 1.0 - float(total[simplest]) / float(weight @ y**2)
 
 
-def _missed(x: FloatArray, y: FloatArray, parts: Sequence[BoolArray]) -> FloatArray:
+def _missed(
+    x: FloatArray, y: FloatArray, weight: FloatArray, parts: Sequence[BoolArray]
+) -> FloatArray:
     """Squares that are left of each part under each ridge, the strongest first."""
     size = x.std(axis=0)
     x = (x - x.mean(axis=0)) / np.where(size > 0.0, size, 1.0)
-    x = np.column_stack([x, np.ones(len(x))])
+    root = np.sqrt(weight)
+    x, y = np.column_stack([x, np.ones(len(x))]) * root[:, None], y * root
     squares = np.array([x[part].T @ x[part] for part in parts])
     products = np.array([x[part].T @ y[part] for part in parts])
     missed = np.zeros((len(_RIDGES), len(parts)))
