@@ -28,6 +28,10 @@ FRICTION_SHARE = shape("friction_share", "1", (0.05, 1.0), low=0.01, high=1.0, f
 DAMPING = shape("damping", "1", (0.07,), low=0.002, high=2.0, form=0.15)
 """Of the gear's ringing, as a share of critical."""
 
+# Where teeth meet, most gears do not ring: half of critical, between the two ways.
+IMPACT_DAMPING = shape("damping", "1", (0.07, 0.5), low=0.002, high=2.0, form=0.15)
+"""Of the ringing of teeth in contact, as a share of critical."""
+
 
 def same_motor(q: FloatArray, times: float, share: int, frequency: int) -> FloatArray:
     """A gear's numbers where motor and disc together have so many times the inertia.
@@ -129,9 +133,9 @@ def drive_through(p, e, s, out, share, torque, at_motor):
     "The drive has play: the motor moves free for a while.",
     shape("gap", "rad", _GAPS, low=0.0001, high=6.0, form=0.12),
     MOTOR_SHARE,
-    shape("frequency", "Hz", (3.0, 9.5, 30.0), low=0.5, high=200.0, form=0.003),
+    shape("frequency", "Hz", (3.0, 9.5, 30.0, 80.0), low=0.5, high=200.0, form=0.003),
     FRICTION_SHARE,
-    DAMPING,
+    IMPACT_DAMPING,
     formula="motor behind play and a spring: J_m dw_m/dt = km u - T_g - friction_share T_fu; "
     "without play the two would ring at `frequency`",
     states=2,
