@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.lost_counts import LostCounts
 from drill_env.diagnosis.repetition import Repetition
 from drill_env.diagnosis.residual_torque import ResidualTorque
 from drill_env.diagnosis.scan import Scored
-from drill_env.diagnosis.shapes import own_functions
-from drill_env.diagnosis.terms import Named, Shape, Term
+from drill_env.diagnosis.terms import Named, Term
 from drill_env.diagnosis.waves import Wave
 from drill_env.effects import Effect
 
@@ -29,8 +26,6 @@ NEEDED_BESIDE = 40.0
 _AT_LIMIT = 1.5
 # Share of a range's end within which a number is there.
 _END = 1e-3
-# Share of the noise of torque; a free torque leaves a fifth of it at most on five fitted nulls.
-_OWN = 0.5
 # Recordings: within one it changes by an eighth, or less.
 _SLOW = 8.0
 # And share of one before which a change is as good as at its start.
@@ -219,19 +214,3 @@ def at_range_end(term: Term) -> bool:
 
 def _longest(attempt: Attempt) -> float:
     return max(float(m.t[-1] - m.t[0]) for m in attempt.fit.motions)
-
-
-def rigs_own(attempt: Attempt) -> bool:
-    """Whether a free torque on the upper disc is its own friction or the string's pull again.
-
-    Along the smoothed motion, which knows the future, such a torque predicts better than the rig's
-    own, which it cancels; beyond that, little is left beside the noise of torque.
-    """
-    source = attempt.term.source
-    if not isinstance(source, Shape) or source.component != "upper" or source.sort != "torque":
-        return False
-    own, values = own_functions(source), attempt.term.q
-    if own is None:
-        return False
-    left = values - own @ np.linalg.lstsq(own, values, rcond=None)[0]
-    return float(np.sqrt(np.mean(left**2))) < _OWN * attempt.fit.noise.torque_u

@@ -13,7 +13,6 @@ from drill_env.diagnosis.extended import THREADS
 from drill_env.diagnosis.grids import around, grid_of
 from drill_env.diagnosis.late_readings import unread
 from drill_env.diagnosis.linearised import ROUNDING, Known, Linearised
-from drill_env.diagnosis.shapes import own_functions
 from drill_env.diagnosis.stiction_starts import best_at_rest
 from drill_env.diagnosis.terms import Named, Shape, Term, corrected, late_disc
 from drill_env.effects import Effect
@@ -41,13 +40,11 @@ class Scored:
     Attributes:
         term: the candidate.
         gain: expected fall of minus twice the log likelihood.
-        own: what of that the rig's own parameters could do in its place.
         numbers: how many numbers it has.
     """
 
     term: Term
     gain: float
-    own: float = 0.0
 
     @property
     def numbers(self) -> int:
@@ -180,9 +177,9 @@ def score_effects(linearised: Linearised, effects: Iterable[Effect]) -> list[Sco
 
 
 def score_shapes(linearised: Linearised, shapes: Iterable[Shape]) -> list[Scored]:
-    """The best numbers of each free shape, first those that do most that no parameter can."""
+    """The best numbers of each free shape, best shape first."""
     scored = [s for shape in shapes for s in scored_together(linearised, [shape])]
-    return sorted(scored, key=lambda s: s.own - s.gain)
+    return sorted(scored, key=lambda s: -s.gain)
 
 
 def scored_together(linearised: Linearised, shapes: Sequence[Shape]) -> list[Scored]:
@@ -195,20 +192,9 @@ def scored_together(linearised: Linearised, shapes: Sequence[Shape]) -> list[Sco
     for shape in shapes:
         part = slice(begin, begin + shape.size)
         q, gain = _sizes(score[part], g[part, part], raw[part])
-        own = _own_gain(shape, score[part], g[part, part], raw[part])
-        scored.append(
-            Scored(Term(shape, q), gain / linearised.dispersion, own / linearised.dispersion)
-        )
+        scored.append(Scored(Term(shape, shape.bounded(q)), gain / linearised.dispersion))
         begin = part.stop
     return scored
-
-
-def _own_gain(shape: Shape, score: FloatArray, g: FloatArray, raw: FloatArray) -> float:
-    """What the rig's own functions among those of a shape gain."""
-    own = own_functions(shape)
-    if own is None:
-        return 0.0
-    return _sizes(own.T @ score, own.T @ g @ own, np.diag(own.T @ np.diag(raw) @ own))[1]
 
 
 def information_of(linearised: Linearised, terms: Sequence[Term]) -> FloatArray:

@@ -38,7 +38,6 @@ from drill_env.diagnosis.rounds import (
     at_its_limit,
     is_named,
     nameless,
-    rigs_own,
 )
 from drill_env.diagnosis.scan import Scored, score_effects, score_shapes
 from drill_env.diagnosis.shapes import at_driven_disc, free_shapes
@@ -93,7 +92,7 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     return Round(
         fit, tuple(score for kind in scores for score in kind),
         tuple(a for a in done if is_named(a.term) and not at_its_limit(a, done)),
-        tuple(a for a in done if not is_named(a.term) and not rigs_own(a)),
+        tuple(a for a in done if not is_named(a.term)),
     )  # fmt: skip
 
 
@@ -115,7 +114,9 @@ def _scores(
         effects: the library; what it has is no free wave.
     """
     moved = linearised.known[0].samples.recording.drive == "motion"
-    shapes = [s for s in free_shapes(linearised.fit.motions) if not (moved and at_driven_disc(s))]
+    fit, free = linearised.fit, linearised.setting.coordinates.free
+    shapes = free_shapes(fit.motions, fit.rig, free)
+    shapes = tuple(s for s in shapes if not (moved and at_driven_disc(s)))
     waves = free_waves({effect.id for effect in effects})
     waves = [wave for wave in waves if not (moved and wave.effect.equation == "upper")]
     return (
@@ -145,7 +146,7 @@ def _hopeful(
     least, price = _least(fit, noisy), np.log(fit.count)
     lost = [pair for pair in (slips(linearised, 0), slips(linearised, 1)) if pair is not None]
     return [
-        *(s for s in likely if s.gain - s.own - s.numbers * price > least),
+        *(s for s in likely if s.gain - s.numbers * price > least),
         *(Scored(*pair) for pair in lost
           if pair[0].id in wanted and pair[1] - len(pair[0].q) * price > 0.0),
     ]  # fmt: skip

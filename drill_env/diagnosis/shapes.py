@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from drill_env._types import FloatArray
+from drill_env.diagnosis.own_functions import without_own
 from drill_env.diagnosis.terms import Shape
 from drill_env.effects.along import Motion
 from drill_env.friction import lower_curve
@@ -186,21 +187,6 @@ _OFFERED: tuple[tuple[str, str, str, tuple[str, ...], _Maker], ...] = (
 )  # fmt: skip
 
 
-def own_functions(shape: Shape) -> FloatArray | None:
-    """What of a shape the rig's own parameters can do, at its knots, shape (knots, functions).
-
-    They are held near the start, so a shape may score by standing in for one of them.
-    """
-    x, one = np.array(shape.knots), np.ones((shape.size, 1))
-    if shape.sort in ("drive", "friction", "damping", "stiffness"):
-        return one
-    if shape.sort == "torque" and shape.depends_on == "twist":
-        return np.column_stack([one, x])
-    if shape.sort == "torque" and shape.depends_on == "omega_u":
-        return np.column_stack([one, np.sign(x), x, np.abs(x)])
-    return None
-
-
 def at_driven_disc(shape: Shape) -> bool:
     """Whether a shape acts on the drive or the upper disc, or misreads it, and on nothing else."""
     return shape.component in ("actuator", "upper") or shape.id.startswith("error_u")
@@ -239,21 +225,33 @@ def _with_slow(knots: FloatArray) -> FloatArray:
     return np.unique(np.concatenate([knots[far], slow]))
 
 
-def free_shapes(motions: Sequence[Motion]) -> tuple[Shape, ...]:
+def _products(name: str, functions: Functions, motions: Sequence[Motion]) -> FloatArray:
+    """Products of the functions of the knots, summed over all rows, shape (knots, knots)."""
+    rows = [functions(COORDINATES[name](m)) for m in motions]
+    return np.sum([r.T @ r for r in rows], axis=0)
+
+
+def free_shapes(
+    motions: Sequence[Motion], rig: Rig, free: Collection[str] = ()
+) -> tuple[Shape, ...]:
     """The shapes that recordings of these motions can tell.
 
     Args:
         motions: of the fitted recordings; they set the range of each coordinate.
+        rig: whose friction law the lower disc has.
+        free: names of the rig's parameters that are fitted; what these can do is no shape.
     """
     forms = {name: _functions(name, motions) for name in COORDINATES}
-    made = [
-        Shape(f"{what}_of_{name}", component, name, sort, tuple(forms[name][0]),
-              make(name, forms[name][1]))
-        for what, component, sort, names, make in _OFFERED
-        for name in names
-    ]  # fmt: skip
     # A voltage that is constant throughout tells no function of it.
-    return tuple(s for s in made if len(s.knots) > 1)
+    forms = {name: form for name, form in forms.items() if len(form[0]) > 1}
+    products = {name: _products(name, form[1], motions) for name, form in forms.items()}
+    return tuple(
+        Shape(f"{what}_of_{name}", component, name, sort, tuple(forms[name][0]),
+              make(name, forms[name][1]),
+              kept=without_own(what, name, forms[name][0], products[name], rig, free))
+        for what, component, sort, names, make in _OFFERED
+        for name in names if name in forms
+    )  # fmt: skip
 
 
 def plain_shape(place: Place, name: str, motions: Sequence[Motion]) -> Shape | None:

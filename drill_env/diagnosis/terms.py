@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -133,6 +133,8 @@ class Shape:
             "damping" (times a speed), "stiffness" (a share of the string's torque) or "error".
         knots: values of the coordinate at which its numbers are the function's values.
         basis: gives torques and errors of every number, each (n, 2, size), or None for none.
+        kept: projects its numbers on what no free parameter of the rig can do, shape (size, size);
+            None where the rig can do nothing of it.
     """
 
     id: str
@@ -141,6 +143,7 @@ class Shape:
     sort: str
     knots: tuple[float, ...]
     basis: Callable[[Rig, Motion], tuple[FloatArray | None, FloatArray | None]]
+    kept: FloatArray | None = field(default=None, kw_only=True)
 
     @property
     def size(self) -> int:
@@ -157,7 +160,7 @@ class Shape:
     def response(self, q: FloatArray, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
         """The function's torques and reading errors."""
         loads, errors = self.basis(rig, motion)
-        nothing = np.zeros((len(motion.t), 2))
+        nothing, q = np.zeros((len(motion.t), 2)), self.bounded(q)
         return (
             nothing if loads is None else loads @ q,
             nothing if errors is None else errors @ q,
@@ -167,6 +170,8 @@ class Shape:
         """Torques and reading errors of each number alone, each of shape (n, 2, size)."""
         loads, errors = self.basis(rig, motion)
         nothing = np.zeros((len(motion.t), 2, self.size))
+        if loads is not None and self.kept is not None:
+            loads = loads @ self.kept
         return nothing if loads is None else loads, nothing if errors is None else errors
 
     def steps(self, q: FloatArray) -> FloatArray:
@@ -174,8 +179,8 @@ class Shape:
         return np.ones_like(q)
 
     def bounded(self, q: FloatArray) -> FloatArray:
-        """No bounds."""
-        return q
+        """Without what the rig's own parameters can do; there are no other bounds."""
+        return q if self.kept is None else self.kept @ q
 
 
 @dataclass(frozen=True, slots=True, eq=False)
