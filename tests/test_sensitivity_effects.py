@@ -39,6 +39,7 @@ SETTINGS: dict[str, dict[str, float]] = {
     "missed_counts_lower": {"speed": 2.0},
     "encoder_play_lower": {"width": 0.3},
     "encoder_play_upper": {"width": 0.3},
+    "gear_backlash": {"frequency": 9.5, "damping": 0.07},
 }
 EXCLUDED = {"input_delay"}
 

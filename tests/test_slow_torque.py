@@ -33,7 +33,7 @@ def fitted(*hidden: Hidden) -> tuple[Setting, Fit]:
 
 def speed_shape(setting: Setting, base: Fit) -> Attempt:
     """A free torque of the upper disc's speed, fitted beside the rig."""
-    shapes = free_shapes(base.motions, base.rig, FREE)
+    shapes = free_shapes(base.motions, FREE)
     scores = score_shapes(linearised_at(setting, base), shapes)
     score = next(s for s in scores if s.term.id == "upper_torque_of_omega_u")
     start = first_look(setting, base, score).start(setting, base)
@@ -66,7 +66,7 @@ def test_the_rigs_own_friction_is_no_shape():
 
 def test_knots_of_speeds_lie_near_rest_and_apart():
     _, base = fitted()
-    for shape in free_shapes(base.motions, base.rig):
+    for shape in free_shapes(base.motions):
         gaps = np.diff(shape.knots)
         assert (gaps > 0.0).all()
         if shape.depends_on in ("omega_u", "omega_l"):

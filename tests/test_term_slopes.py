@@ -49,7 +49,7 @@ def by_differences(place: int, term: Term, motion: Motion) -> FloatArray:
 def a_term(name: str, q: list[float], motion: Motion) -> Term:
     if name in LIBRARY:
         return Term(Named(LIBRARY[name]), np.array(q))
-    shape = next(s for s in free_shapes([motion], Rig()) if s.id == name)
+    shape = next(s for s in free_shapes([motion]) if s.id == name)
     return Term(shape, q[0] * np.cos(np.arange(shape.size)))
 
 

@@ -129,7 +129,7 @@ def test_friction_over_twist_runs_as_the_effect_of_its_formula():
     t = np.arange(2001) * 0.005
     u = 4.0 * np.sin(2.0 * t)
     states = np.column_stack([np.linspace(-8.0, 8.0, len(t)), np.zeros((len(t), 5))])
-    shapes = free_shapes([Motion(t, u, states, np.array([0]))], Rig())
+    shapes = free_shapes([Motion(t, u, states, np.array([0]))])
     shape = next(s for s in shapes if s.id == "upper_friction_of_twist")
     rig = Rig()
     table = declaration(Term(shape, 0.3 * rig.ktheta * np.abs(np.array(shape.knots))))

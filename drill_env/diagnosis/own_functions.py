@@ -7,14 +7,11 @@ from collections.abc import Callable, Collection
 import numpy as np
 
 from drill_env._types import FloatArray
-from drill_env.friction import lower_curve
-from drill_env.parameters import Rig
-from drill_env.parameters.rig import LOWER_LAW
 
 Function = Callable[[FloatArray], FloatArray]
 
-# Of a parameter, for a difference; and what of a direction is left by that.
-_STEP, _ROUNDING = 1e-5, 1e-8
+# Share of the largest direction from which another is none.
+_ROUNDING = 1e-8
 
 # What is free for a rig's own function to be no shape, for a constant and beside that.
 _CONSTANT: dict[str, tuple[str, ...]] = {
@@ -32,7 +29,7 @@ _MORE: dict[tuple[str, str], tuple[tuple[tuple[str, ...], Function], ...]] = {
 
 
 def without_own(
-    what: str, name: str, knots: FloatArray, products: FloatArray, rig: Rig, free: Collection[str]
+    what: str, name: str, knots: FloatArray, products: FloatArray, free: Collection[str]
 ) -> FloatArray | None:
     """Projects values at knots on what no free parameter of the rig can do, shape (knots, knots).
 
@@ -45,7 +42,6 @@ def without_own(
         name: of its coordinate.
         knots: values of that.
         products: of the functions of the knots, summed over all rows, shape (knots, knots).
-        rig: whose friction law the lower disc has.
         free: names of the rig's parameters that are fitted.
 
     Returns:
@@ -55,19 +51,9 @@ def without_own(
     own = (*constant, *_MORE.get((what, name), ()))
     # The twist at which the encoders agree is always free.
     there = [of(knots) for names, of in own if not names or any(n in free for n in names)]
-    if (what, name) == ("lower_torque", "omega_l"):
-        there += [_by_the_law(rig, n, knots) for n in LOWER_LAW if n in free]
     if not there:
         return None
     functions = np.column_stack([one / np.abs(one).max() for one in there if one.any()])
     weighed = functions.T @ products
     inverse = np.linalg.pinv(weighed @ functions, rcond=_ROUNDING, hermitian=True)
     return np.eye(len(knots)) - functions @ inverse @ weighed
-
-
-def _by_the_law(rig: Rig, name: str, omega: FloatArray) -> FloatArray:
-    """Derivative of the lower friction torque by a parameter of its law, at some speeds."""
-    value = getattr(rig, name)
-    step = _STEP * max(abs(value), _STEP)
-    moved = lower_curve(rig.replace(**{name: value + step}), omega)
-    return np.sign(omega) * (moved - lower_curve(rig, omega)) / step

@@ -114,8 +114,7 @@ def _scores(
         effects: the library; what it has is no free wave.
     """
     moved = linearised.known[0].samples.recording.drive == "motion"
-    fit, free = linearised.fit, linearised.setting.coordinates.free
-    shapes = free_shapes(fit.motions, fit.rig, free)
+    shapes = free_shapes(linearised.fit.motions, linearised.setting.coordinates.free)
     shapes = tuple(s for s in shapes if not (moved and at_driven_disc(s)))
     waves = free_waves({effect.id for effect in effects})
     waves = [wave for wave in waves if not (moved and wave.effect.equation == "upper")]

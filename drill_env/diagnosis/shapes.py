@@ -231,14 +231,11 @@ def _products(name: str, functions: Functions, motions: Sequence[Motion]) -> Flo
     return np.sum([r.T @ r for r in rows], axis=0)
 
 
-def free_shapes(
-    motions: Sequence[Motion], rig: Rig, free: Collection[str] = ()
-) -> tuple[Shape, ...]:
+def free_shapes(motions: Sequence[Motion], free: Collection[str] = ()) -> tuple[Shape, ...]:
     """The shapes that recordings of these motions can tell.
 
     Args:
         motions: of the fitted recordings; they set the range of each coordinate.
-        rig: whose friction law the lower disc has.
         free: names of the rig's parameters that are fitted; what these can do is no shape.
     """
     forms = {name: _functions(name, motions) for name in COORDINATES}
@@ -248,7 +245,7 @@ def free_shapes(
     return tuple(
         Shape(f"{what}_of_{name}", component, name, sort, tuple(forms[name][0]),
               make(name, forms[name][1]),
-              kept=without_own(what, name, forms[name][0], products[name], rig, free))
+              kept=without_own(what, name, forms[name][0], products[name], free))
         for what, component, sort, names, make in _OFFERED
         for name in names if name in forms
     )  # fmt: skip
