@@ -71,19 +71,17 @@ def test_coloured_noise_is_not_predictable(motions, count):
 @pytest.mark.parametrize("share", [0.5, 0.9])
 def test_the_share_is_that_of_the_signal(motions, share):
     """A torque over the upper angle's turn in noise: no model predicts more than its share."""
-    found = []
-    for seed in (7, 8, 9):
-        rng, latents = np.random.default_rng(seed), []
-        for m in motions:
-            angle = m.states[:, 3] + m.states[:, 0]
-            signal = math.sqrt(2.0 * share) * np.sin(2.0 * angle + 0.4)
-            upper = signal + noise(rng, len(m.t), math.sqrt(1.0 - share))
-            latents.append(Latent(m, np.column_stack([upper, np.zeros(len(m.t))])))
-        left = residual_torque_of(latents)
-        assert left.shares[1] == 0.0 and left.sizes[1] == 0.0
-        found.append(left.shares[0])
-    # What is learnt from coloured noise costs some of it, one draw more than another.
-    assert share - 0.25 < np.mean(found) and max(found) < share + 0.05
+    rng = np.random.default_rng(7)
+    latents = []
+    for m in motions:
+        angle = m.states[:, 3] + m.states[:, 0]
+        signal = math.sqrt(2.0 * share) * np.sin(2.0 * angle + 0.4)
+        upper = signal + noise(rng, len(m.t), math.sqrt(1.0 - share))
+        latents.append(Latent(m, np.column_stack([upper, np.zeros(len(m.t))])))
+    left = residual_torque_of(latents)
+    # What is learnt from coloured noise costs some of it.
+    assert share - 0.25 < left.shares[0] < share + 0.05
+    assert left.shares[1] == 0.0 and left.sizes[1] == 0.0
 
 
 def yoked(seed: int, swing: float) -> Recording:

@@ -34,8 +34,8 @@ LAST_ROUNDS = 15
 # Steps that promise less than this share of what a round must gain are not tried.
 _PROMISE = 0.2
 
-# Gain of a round below which a fit is at its end; a free shape's most rounds, and gain. It creeps
-# on and on while it cancels what the rig's own parameters do, and they it.
+# Gain of a round below which a fit is at its end; a free shape's most rounds, and gain. It is
+# linear in its numbers; over the lower speed it creeps on while it and the friction law cancel.
 _ENOUGH, _SHAPE_ROUNDS = 0.5, (5, 2.0)
 
 WORTH_A_ROUND = 2.0
