@@ -37,8 +37,11 @@ def moved_starts(setting: Setting, here: Fit, term: Term) -> list[FloatArray]:
     """The starts when the first readings were misread as a term says."""
     starts = []
     for samples, start, motion in zip(setting.samples, here.starts, here.motions, strict=True):
-        error = samples.misread(term.source.response(term.q, here.rig, motion)[1])
-        error = error[samples.restarts]
+        # What is read in a row is decided by what was before it.
+        end = int(samples.restarts[-1]) + 2
+        error = np.zeros((len(motion.t), 2))
+        error[:end] = term.source.response(term.q, here.rig, motion.until(end))[1]
+        error = samples.misread(error)[samples.restarts]
         moved = start.copy()
         moved[:, 0] -= error[:, 0] - error[:, 1]
         moved[:, 3] -= error[:, 1]

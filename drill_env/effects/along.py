@@ -43,6 +43,12 @@ class Motion:
         """theta_u and theta_l, rad, shape (n, 2)."""
         return np.column_stack([self.states[:, 0] + self.states[:, 3], self.states[:, 3]])
 
+    def until(self, end: int) -> Motion:
+        """Its rows before the row `end`."""
+        restarts = self.restarts[self.restarts < end]
+        t, u, states = self.t[:end], self.u[:end], self.states[:end]
+        return replace(self, t=t, u=u, states=states, restarts=restarts)
+
 
 def joined(*parts: Declared) -> Declared:
     """Several bundles as one, in their order but for a drive, which comes last.
@@ -117,8 +123,7 @@ def _inner(
 ) -> FloatArray:
     kept = np.zeros((len(rows), effects.inner))
     for entry in wanted[wanted["states"] > 0]:
-        end = rows[-1] + 1
-        way = replace(motion, t=motion.t[:end], u=motion.u[:end], states=motion.states[:end])
+        way = motion.until(int(rows[-1]) + 1)
         first = int(entry["first_state"])
         kept[:, first : first + int(entry["states"])] = _followed(entry, rig, way, rows)[1]
     return kept
