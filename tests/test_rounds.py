@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from drill_env.diagnosis.rounds import Attempt, at_its_limit, at_range_end, completed_by
+from drill_env.diagnosis.rounds import (
+    Attempt,
+    at_its_limit,
+    at_range_end,
+    completed_by,
+    outdone,
+)
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 
@@ -86,3 +93,17 @@ def test_what_completes_a_law_is_no_second_name(first: str, second: str, one_law
     assert completed_by(terms[1], terms[:1]) is (terms[0] if one_law else None)
     assert completed_by(terms[0], terms[1:]) is (terms[1] if one_law else None)
     assert completed_by(terms[0], []) is None
+
+
+def test_a_name_that_explains_less_than_what_was_taken_is_outdone():
+    ripple = replace(attempt("torque_ripple", 0.01, 0.0, 6.0), criterion=14000.0)
+    lag = replace(attempt("friction_lag", 0.01), criterion=25000.0)
+    taken: Any = SimpleNamespace(term=SimpleNamespace(id="error_l_of_theta_l"), criterion=26000.0)
+    first = SimpleNamespace(named=(ripple, lag), shapes=(taken,))
+    found: Any = SimpleNamespace(rounds=(first,), final=SimpleNamespace(terms=(taken.term,)))
+    assert outdone(found, "torque_ripple", 0.8)
+    assert not outdone(found, "friction_lag", 0.8)
+    # What was never tried, or stands beside nothing, is not outdone.
+    assert not outdone(found, "upper_offset", 0.8)
+    nothing: Any = SimpleNamespace(rounds=(first,), final=SimpleNamespace(terms=()))
+    assert not outdone(nothing, "torque_ripple", 0.8)

@@ -9,9 +9,14 @@ from dataclasses import replace
 from drill_env._watch import Report
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.fit_changes import added, with_new_motions
+from drill_env.diagnosis.fit_changes import added, with_new_motions, without
 from drill_env.diagnosis.in_filter import moved_in
-from drill_env.diagnosis.joint import WORTH_A_ROUND, descend_jointly, descend_until
+from drill_env.diagnosis.joint import (
+    LAST_ROUNDS,
+    WORTH_A_ROUND,
+    descend_jointly,
+    descend_until,
+)
 from drill_env.diagnosis.joint_noise import SIZES
 from drill_env.diagnosis.resonance import resonates, retuned
 from drill_env.diagnosis.rounds import NEEDED, Attempt, Round, is_named
@@ -158,6 +163,24 @@ def _begun_again(setting: Setting, fit: Fit, attempt: Attempt, noise: NoiseModel
         setting, start, limit=_TIGHT_ROUNDS, enough=WORTH_A_ROUND, only=None, goal=attempt.fit.value
     )
     return attempted(fit, there)
+
+
+def refitted_alone(setting: Setting, found: Round) -> Fit:
+    """The fit that was searched, or where it comes to from what the best attempts made of the rig.
+
+    The likelihood has several peaks over a rig that is far off. Where an attempt comes to a higher
+    one, whatever was tried gains what the rig gains alone.
+    """
+    fit = found.before
+    best = [*found.named[:1], *found.shapes[:1]]
+    starts = [without(setting, a.fit, len(fit.terms)) for a in best if a.criterion > NEEDED]
+    ends = [
+        descend_jointly(
+            setting, start, limit=LAST_ROUNDS, enough=WORTH_A_ROUND, only=None, goal=fit.value
+        )
+        for start in starts
+    ]
+    return min((fit, *ends), key=lambda there: there.value)
 
 
 def best_of_each(done: Sequence[Attempt]) -> list[Attempt]:

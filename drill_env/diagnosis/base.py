@@ -23,7 +23,9 @@ from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
 from drill_env.prediction.given import given_numbers
 
-_RELEASE, _ROUNDS = 6.0, 25
+_RELEASE = 6.0
+# Rounds of a descent, and how often it begins again.
+_ROUNDS, _AGAIN = 25, 2
 
 
 def base_fit(
@@ -47,14 +49,26 @@ def base_fit(
     if rig.effects:
         # The first motion was told without them.
         here = with_new_motions(plain, here)
-    here = descend_jointly(plain, here, limit=_ROUNDS, enough=1.0, only=None)
+    # Under too little noise a rig goes astray before the noise follows: where discs are shaken, its
+    # inertias and torques shrink until the usual noise moves it so much. So it begins again under
+    # the noise that it came to.
+    begin, ends = here, [_fitted(plain, setting, here)]
+    for _ in range(_AGAIN):
+        noise = ends[-1].noise
+        start = evaluate(plain, begin.vector, (), noise, begin.starts, begin.motions)
+        ends.append(_fitted(plain, setting, start))
+    here = min(ends, key=lambda fit: fit.value)
+    return replace(setting, wide=here.noise), here
+
+
+def _fitted(plain: Setting, setting: Setting, start: Fit) -> Fit:
+    here = descend_jointly(plain, start, limit=_ROUNDS, enough=1.0, only=None)
     here = with_new_motions(setting, here)
     # What a candidate is compared with has come to its end, too, or any one would gain. But what is
     # missing would pose as slow noise the more.
-    there, usual = polished(setting, here), usual_noise(rig)
+    there, usual = polished(setting, here), usual_noise(here.rig)
     slow = there.noise.tau_u > usual.tau_u or there.noise.tau_l > usual.tau_l
-    here = here if slow else there
-    return replace(setting, wide=here.noise), here
+    return here if slow else there
 
 
 def cleaned_base(

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from drill_env._types import BoolArray, FloatArray
+from drill_env.diagnosis.glitches import without_glitches
 from drill_env.identification.samples import Samples
 from drill_env.recordings import Channel, Recording
 
@@ -78,5 +79,5 @@ def _speed(angle: FloatArray, t: FloatArray) -> FloatArray:
 
 
 def cleaned(samples: Sequence[Samples], jitter: float = 0.0) -> list[Samples]:
-    """Recordings without stale rows, their times uncertain by `jitter` s."""
-    return [with_uncertain_times(without_stale(s), jitter) for s in samples]
+    """Recordings without stale rows and glitches, their times uncertain by `jitter` s."""
+    return [with_uncertain_times(without_stale(without_glitches(s)), jitter) for s in samples]

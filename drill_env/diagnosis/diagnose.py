@@ -27,7 +27,7 @@ from drill_env.diagnosis.offered import free_parameters, offered_effects
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.predicted import with_predictions
 from drill_env.diagnosis.result import DiagnosisResult
-from drill_env.diagnosis.rounds import Found
+from drill_env.diagnosis.rounds import Found, outdone
 from drill_env.diagnosis.search import find
 from drill_env.diagnosis.sentences import ended_early
 from drill_env.diagnosis.unexplained_residual import with_residual_torque
@@ -128,7 +128,10 @@ def diagnose(
     if whole.result.verdict != "unexplained" or first.ended == ASKED:
         return whole
     driven = _at_the_driven_disc(recordings, rig, holdout, options, by_windows)
-    return whole if driven is None else _told(driven, by_windows)
+    if driven is None or outdone(whole.found, driven.result.effects[0].id, Criteria().share):
+        # An error of the other end's sensor looks like a torque of the string, and so of the drive.
+        return whole
+    return _told(driven, by_windows)
 
 
 def _told(found: AnyDiagnosis, watch: Watch) -> AnyDiagnosis:

@@ -136,6 +136,21 @@ def nameless(found: Round) -> bool:
     return shape > NEEDED and shape > name + clearly(name)
 
 
+def outdone(found: Found, name: str, share: float) -> bool:
+    """Whether a search tried a name, and it explains less than a share of what was taken there.
+
+    Args:
+        found: the search, decided.
+        name: id of the effect.
+        share: see `Criteria.share`.
+    """
+    if not found.rounds or not found.final.terms:
+        return False
+    first, taken = found.rounds[0], found.final.terms[0].id
+    told = {a.term.id: a.criterion for a in (*first.shapes, *first.named)}
+    return name in told and taken in told and told[name] < share * told[taken]
+
+
 def place_of(term: Term) -> tuple[str, str]:
     """Where a term acts: component and coordinate."""
     source = term.source.effect if isinstance(term.source, Named) else term.source

@@ -14,6 +14,7 @@ from drill_env.diagnosis.attempts import (
     carried_on,
     confused_with,
     heated,
+    refitted_alone,
     restated,
     settled_within,
     tightened,
@@ -31,6 +32,7 @@ from drill_env.diagnosis.lost_counts import broken_counts, slips
 from drill_env.diagnosis.rivals import against_rivals, at_limits, refined, with_rival_shape
 from drill_env.diagnosis.rounds import (
     BELIEVED,
+    NEEDED,
     NEEDED_BESIDE,
     Attempt,
     Found,
@@ -200,7 +202,7 @@ def find(
     """
     setting, base = cleaned_base(samples, rig, free, doubt, report)
     setting = replace(setting, over=over_by(report))
-    here, rounds = _sought(setting, base, effects, most, report)
+    here, base, rounds = _sought(setting, base, effects, most, report)
     terms = len(here.terms)
     if terms and not report("asking again what was found first"):
         here, rounds = against_rivals(setting, here, rounds)
@@ -213,11 +215,11 @@ def find(
 
 def _sought(
     setting: Setting, base: Fit, effects: Sequence[Effect], most: int, report: Report
-) -> tuple[Fit, list[Round]]:
+) -> tuple[Fit, Fit, list[Round]]:
     """Look for one effect after another.
 
     Returns:
-        The fit with all names, and the rounds of the search.
+        The fit with all names, the rig alone, and the rounds of the search.
     """
     here, rounds = base, []
     # A step of an encoder that was overlooked is no other effect and takes no effect's place.
@@ -228,6 +230,10 @@ def _sought(
         if rounds and report("choosing"):
             # Beside a name another is a claim too many while not everything was tried.
             break
+        alone = base if rounds else refitted_alone(setting, found)
+        if base.value - alone.value > NEEDED and not report("searching again from a better fit"):
+            here = base = alone
+            found = search(setting, here, effects, report)
         rounds.append(found)
         needed = NEEDED_BESIDE if here.terms else BELIEVED
         chosen = found.named[0] if found.named else None
@@ -239,4 +245,4 @@ def _sought(
         if first and nameless(rounds[-1]):
             # Beside what a free shape explains far better no second name is worth a search.
             break
-    return here, rounds
+    return here, base, rounds
