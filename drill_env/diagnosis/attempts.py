@@ -38,6 +38,8 @@ _HOPEFUL_RESONANCE = 0.5
 # How many names are begun again with the usual noise then, if they gain this share of the best
 # one, and for how many rounds; and by which factor they must gain to be begun once more.
 _TIGHT, _TIGHT_HOPE, _TIGHT_ROUNDS, _MOVED = 2, 0.1, 10, 1.1
+# How many names, and shapes, begin again from a better fit of the rig alone.
+_AGAIN = 3
 
 
 def carried_on(
@@ -165,22 +167,39 @@ def _begun_again(setting: Setting, fit: Fit, attempt: Attempt, noise: NoiseModel
     return attempted(fit, there)
 
 
-def refitted_alone(setting: Setting, found: Round) -> Fit:
-    """The fit that was searched, or where it comes to from what the best attempts made of the rig.
+def refitted_alone(setting: Setting, found: Round) -> Round:
+    """The search from where the rig alone comes to by what the best attempts made of it.
 
     The likelihood has several peaks over a rig that is far off. Where an attempt comes to a higher
     one, whatever was tried gains what the rig gains alone.
+
+    Args:
+        setting: recordings and free parameters.
+        found: what was searched, at the rig alone.
+
+    Returns:
+        The same where the rig alone gains no more than an effect must; or else a round at the
+        better fit, at which the best attempts have begun again.
     """
-    fit = found.before
-    best = [*found.named[:1], *found.shapes[:1]]
-    starts = [without(setting, a.fit, len(fit.terms)) for a in best if a.criterion > NEEDED]
+    fit, likely = found.before, [*found.named[:1], *found.shapes[:1]]
+    starts = [without(setting, a.fit, 0) for a in likely if a.criterion > NEEDED]
     ends = [
         descend_jointly(
             setting, start, limit=LAST_ROUNDS, enough=WORTH_A_ROUND, only=None, goal=fit.value
         )
         for start in starts
     ]
-    return min((fit, *ends), key=lambda there: there.value)
+    alone = min((fit, *ends), key=lambda there: there.value)
+    if fit.value - alone.value <= NEEDED:
+        return found
+    tried = [*found.named, *found.shapes]
+    again = [
+        carried_on(setting, alone, added(setting, alone, a.term), _TIGHT_ROUNDS)
+        for a in (*found.named[:_AGAIN], *found.shapes[:_AGAIN])
+    ]
+    done = best_of_each([*again, *(attempted(alone, a.fit) for a in tried)])
+    named, shapes = ([a for a in done if is_named(a.term) == kind] for kind in (True, False))
+    return replace(found, before=alone, named=tuple(named), shapes=tuple(shapes))
 
 
 def best_of_each(done: Sequence[Attempt]) -> list[Attempt]:

@@ -32,7 +32,6 @@ from drill_env.diagnosis.lost_counts import broken_counts, slips
 from drill_env.diagnosis.rivals import against_rivals, at_limits, refined, with_rival_shape
 from drill_env.diagnosis.rounds import (
     BELIEVED,
-    NEEDED,
     NEEDED_BESIDE,
     Attempt,
     Found,
@@ -230,10 +229,9 @@ def _sought(
         if rounds and report("choosing"):
             # Beside a name another is a claim too many while not everything was tried.
             break
-        alone = base if rounds else refitted_alone(setting, found)
-        if base.value - alone.value > NEEDED and not report("searching again from a better fit"):
-            here = base = alone
-            found = search(setting, here, effects, report)
+        if not rounds:
+            found = refitted_alone(setting, found)
+            here = base = found.before
         rounds.append(found)
         needed = NEEDED_BESIDE if here.terms else BELIEVED
         chosen = found.named[0] if found.named else None
