@@ -168,7 +168,7 @@ def _begun_again(setting: Setting, fit: Fit, attempt: Attempt, noise: NoiseModel
 
 
 def refitted_alone(setting: Setting, found: Round) -> Round:
-    """The search from where the rig alone comes to by what the best attempts made of it.
+    """The search from where the rig alone comes to by what the best attempt made of it.
 
     The likelihood has several peaks over a rig that is far off. Where an attempt comes to a higher
     one, whatever was tried gains what the rig gains alone.
@@ -181,15 +181,13 @@ def refitted_alone(setting: Setting, found: Round) -> Round:
         The same where the rig alone gains no more than an effect must; or else a round at the
         better fit, at which the best attempts have begun again.
     """
-    fit, likely = found.before, [*found.named[:1], *found.shapes[:1]]
-    starts = [without(setting, a.fit, 0) for a in likely if a.criterion > NEEDED]
-    ends = [
-        descend_jointly(
-            setting, start, limit=LAST_ROUNDS, enough=WORTH_A_ROUND, only=None, goal=fit.value
-        )
-        for start in starts
-    ]
-    alone = min((fit, *ends), key=lambda there: there.value)
+    fit, best = found.before, found.best
+    if best is None or best.criterion <= NEEDED:
+        return found
+    alone = descend_jointly(
+        setting, without(setting, best.fit, 0), limit=LAST_ROUNDS, enough=WORTH_A_ROUND,
+        only=None, goal=fit.value,
+    )  # fmt: skip
     if fit.value - alone.value <= NEEDED:
         return found
     tried = [*found.named, *found.shapes]

@@ -15,6 +15,7 @@ from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import with_new_motions
 from drill_env.diagnosis.joint import descend_jointly, polished
 from drill_env.diagnosis.rig_coordinates import RigCoordinates
+from drill_env.diagnosis.rounds import NEEDED
 from drill_env.identification.coordinates import Coordinates
 from drill_env.identification.noise import usual_noise
 from drill_env.identification.noise_of_recording import noise_shown
@@ -57,6 +58,9 @@ def base_fit(
         noise = ends[-1].noise
         start = evaluate(plain, begin.vector, (), noise, begin.starts, begin.motions)
         ends.append(_fitted(plain, setting, start))
+        if abs(ends[-1].value - ends[0].value) < NEEDED:
+            # The same peak, as far as any effect must gain.
+            break
     here = min(ends, key=lambda fit: fit.value)
     return replace(setting, wide=here.noise), here
 

@@ -189,13 +189,12 @@ class _Judge:
             recordings=tuple(self.marks()),
         )  # fmt: skip
         # What scatter may do is no contradiction of a name; a free shape, which fits what it will,
-        # has to predict others clearly better. But what those that it was fitted to do not ask for
-        # at all is nothing that others could bear out.
-        least, clear = -max(self.criteria.gain, self.criteria.z * error), True
+        # has to predict others better. But what those that it was fitted to do not ask for at all
+        # is nothing that others could bear out.
+        least = -max(self.criteria.gain, self.criteria.z * error)
         if len(gains) and not is_named(attempt.term):
             least = self.criteria.gain
-            clear = not error > 0.0 or z_of(gains, self.marks()) >= self.criteria.z
-        borne = unseen > least and clear and told > 0.0
+        borne = unseen > least and told > 0.0
         return row, borne and not at_range_end(attempt.term)
 
     def climbed(self, found: Found, taken: Attempt, table: Weighed) -> Fit:
