@@ -18,6 +18,7 @@ import numpy as np
 from drill_env._types import FloatArray
 from drill_env.diagnosis.block_densities import block_count, block_densities
 from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.intervals import sized
 from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.lost_counts import LostCounts
 from drill_env.diagnosis.probability import UNLISTED
@@ -109,7 +110,8 @@ def decided(
         final = polished(found.setting, taken.fit)
         return replace(found, rounds=(first, *later), final=final), table
     found = replace(found, rounds=(first, *(judge.asked_beside(r, found) for r in later)))
-    return replace(found, final=judge.climbed(found, taken, table)), table
+    final = judge.climbed(found, taken, table)
+    return replace(found, final=final if sized(final, final.terms[0]) else found.base), table
 
 
 def listing(criteria: Criteria) -> Criteria:
@@ -217,7 +219,7 @@ class _Judge:
             whole: evidence for the first of them, nats.
         """
         told, last = 0.5 * (here.bic - step.bic), step.terms[-1]
-        if at_range_end(last):
+        if at_range_end(last) or not sized(step, last):
             return False
         least = self.criteria.evidence
         if last.id not in [t.id for t in here.terms]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.result import Change, Number
-from drill_env.diagnosis.terms import Shape, Term
+from drill_env.diagnosis.terms import Named, Shape, Term
 from drill_env.identification.coordinates import inverse
 from drill_env.parameters import Rig
 
@@ -38,6 +38,20 @@ def numbers_of(fit: Fit, term: Term, scale: float = 0.0) -> dict[str, Number]:
         s = math.hypot(s, p.form * value) if p.role != "phase" else s
         out[p.name] = Number(float(value), float(value - Z_95 * s), float(value + Z_95 * s), p.unit)
     return out
+
+
+def sized(fit: Fit, term: Term) -> bool:
+    """Whether no size of a named term has an interval that holds 0; a torque of none is no cause.
+
+    Args:
+        fit: with the term.
+        term: of it.
+    """
+    if not isinstance(term.source, Named):
+        return True
+    numbers = numbers_of(fit, term)
+    sizes = [numbers[p.name] for p in term.source.effect.parameters if p.role == "amplitude"]
+    return not any(size.low <= 0.0 <= size.high for size in sizes)
 
 
 def changes(

@@ -1,0 +1,35 @@
+"""A name whose size may be none is no name."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from drill_env.diagnosis.intervals import sized
+from drill_env.diagnosis.terms import Named, Term
+from drill_env.effects import LIBRARY
+
+
+def fitted(name: str, q: list[float], deviations: list[float]) -> tuple[Any, Term]:
+    """A fit of one rig's number and a term, whose numbers have these standard deviations."""
+    term = Term(Named(LIBRARY[name]), np.array(q))
+    information = np.diag(np.array([1.0, *deviations]) ** -2.0)
+    return SimpleNamespace(vector=np.zeros(1), terms=(term,), information=information), term
+
+
+@pytest.mark.parametrize(
+    ("name", "q", "deviations", "told"),
+    [
+        ("string_second_spring", [0.0, 0.00355], [0.05, 1e-5], False),
+        ("string_second_spring", [0.3, 0.00355], [0.05, 1e-5], True),
+        ("quadratic_drag", [1e-4], [1e-4], False),
+        ("quadratic_drag", [1e-4], [1e-5], True),
+        # A lag's time is no size: how it is told is asked elsewhere.
+        ("friction_lag", [1e-4], [1e-3], True),
+    ],
+)
+def test_a_size_whose_interval_holds_zero_is_none(name, q, deviations, told):
+    assert sized(*fitted(name, q, deviations)) is told
