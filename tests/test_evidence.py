@@ -46,7 +46,7 @@ LOST = Term(
 
 def fit_of(told: float, unseen: float, *terms: Term, scatter: float = 1.0):
     """A fit that gains so many nats on fitted and on held-out recordings."""
-    # All numbers are told to a hundredth.
+    # All numbers are estimated to a hundredth.
     information = 1e4 * np.eye(sum(len(term.q) for term in terms))
     return SimpleNamespace(
         bic=-2.0 * told, terms=terms, unseen=unseen, scatter=scatter, vector=np.zeros(0),
@@ -207,10 +207,10 @@ def test_a_second_name_has_the_probability_of_its_own_round():
     assert odds == pytest.approx(np.e, rel=1e-6)
 
 
-def test_a_name_whose_size_may_be_none_is_not_told():
+def test_a_name_whose_size_may_be_none_is_rejected():
     vague = fit_of(100.0, 50.0, named("quadratic_drag"))
     vague.information = 1e-5 * vague.information
-    told, _ = decision([fit_of(100.0, 50.0, named("quadratic_drag"))])
-    untold, _ = decision([vague])
-    assert told == ["quadratic_drag"]
-    assert untold == []
+    named_one, _ = decision([fit_of(100.0, 50.0, named("quadratic_drag"))])
+    rejected, _ = decision([vague])
+    assert named_one == ["quadratic_drag"]
+    assert rejected == []

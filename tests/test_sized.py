@@ -21,15 +21,15 @@ def fitted(name: str, q: list[float], deviations: list[float]) -> tuple[Any, Ter
 
 
 @pytest.mark.parametrize(
-    ("name", "q", "deviations", "told"),
+    ("name", "q", "deviations", "has_size"),
     [
         ("string_second_spring", [0.0, 0.00355], [0.05, 1e-5], False),
         ("string_second_spring", [0.3, 0.00355], [0.05, 1e-5], True),
         ("quadratic_drag", [1e-4], [1e-4], False),
         ("quadratic_drag", [1e-4], [1e-5], True),
-        # A lag's time is no size: how it is told is asked elsewhere.
+        # A lag's time is no size: how well it is estimated is asked elsewhere.
         ("friction_lag", [1e-4], [1e-3], True),
     ],
 )
-def test_a_size_whose_interval_holds_zero_is_none(name, q, deviations, told):
-    assert sized(*fitted(name, q, deviations)) is told
+def test_a_size_whose_interval_holds_zero_is_none(name, q, deviations, has_size):
+    assert sized(*fitted(name, q, deviations)) is has_size

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.stats import median_abs_deviation
 
 from drill_env._types import BoolArray, FloatArray
 from drill_env.identification.samples import Samples
@@ -12,8 +13,6 @@ from drill_env.identification.samples import Samples
 # Deviations of the other readings from which one is a glitch. The filter weighs what is smaller,
 # see `Setting.robust`; a normal reading is so far off once in 1e23.
 _FAR = 10.0
-# A normal's standard deviation over its median size.
-_NORMAL = 1.4826
 # How far a glitch's neighbours may be from the half of it by which it spoils their comparison, as
 # a share of it: between these and those of a kink, 0, or of a lasting jump, the whole, lies half.
 _ALIKE = 0.25
@@ -41,7 +40,7 @@ def glitches(t: FloatArray, values: FloatArray, step: float) -> BoolArray:
     off = x[1:-1] - (1.0 - share) * x[:-2] - share * x[2:]
     before, here, after = off[:-2], off[1:-1], off[2:]
     spoilt = np.maximum(np.abs(before + 0.5 * here), np.abs(after + 0.5 * here))
-    usual = max(_NORMAL * float(np.median(np.abs(off))), step)
+    usual = max(float(median_abs_deviation(off, scale="normal")), step)
     found[known[2:-2]] = (np.abs(here) > _FAR * usual) & (spoilt < _ALIKE * np.abs(here))
     return found
 
