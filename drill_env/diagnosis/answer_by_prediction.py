@@ -24,7 +24,8 @@ from drill_env.diagnosis.result import (
     Prediction,
     Verdict,
 )
-from drill_env.diagnosis.sentences import sentences_by_prediction
+from drill_env.diagnosis.sentences_by_prediction import sentences_by_prediction
+from drill_env.diagnosis.stretches import failing_stretches
 from drill_env.diagnosis.window_residual import left_predictable, left_repeating, share_removed
 from drill_env.effects import LIBRARY
 from drill_env.prediction.candidate import Candidate
@@ -61,16 +62,19 @@ def answer_by_prediction(
         errors["explained"] = share
         if share < fold.setting.criteria.share:
             standing = list(filter(_common, standing))
-    repeats = None
+    repeats, fails = None, None
     if all(map(_common, kept)):
         errors |= left_predictable(after, cuts)
-    if not kept and "predictable" not in errors:
+        fails = failing_stretches(after, fold.setting.cuts, fold.unseen)
+    if fails is not None:
+        errors["fails"] = {"stretches_s": fails.intervals, "largest": fails.largest}
+    if not kept and not {"predictable", "fails"} & set(errors):
         repeats = left_repeating(after, fold.setting.cuts, fold.unseen)
     effects = [_effect(c, whole, i, spread) for i, c in enumerate(kept) if c in standing]
     last = kept[-1] if kept and not kept[-1].named else None
     changed = _changes(whole, spread)
     verdict: Verdict = "consistent"
-    if last is not None or len(standing) < len(named) or "predictable" in errors:
+    if last is not None or len(standing) < len(named) or {"predictable", "fails"} & set(errors):
         verdict = "unexplained"
     elif named:
         verdict = "missing_physics"

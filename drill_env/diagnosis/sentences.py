@@ -10,13 +10,14 @@ from drill_env.diagnosis.residual_torque import PREDICTABLE
 from drill_env.diagnosis.result import DiagnosisResult, Grade, NamedEffect, Number, digits_of
 from drill_env.prediction.rule import LIKELY
 
-_PLACES = {
+PLACES = {
     "actuator": "between the voltage and the motor's torque",
     "upper": "at the upper disc and its drive",
     "string": "in the string",
     "lower": "at the lower disc and its brake",
     "sensor": "in the readings, not in the motion",
 }
+"""Where a component is, in words."""
 
 
 def sentences(
@@ -33,8 +34,8 @@ def sentences(
     nothing = "No effect was looked for: this is the rig alone."
     lines = [verdict_sentence(result) if looked else nothing]
     if result.located is not None:
-        lines += _located(result)
-    lines += [_effect(effect) for effect in result.effects]
+        lines += located_lines(result)
+    lines += [effect_line(effect) for effect in result.effects]
     # A cosine that repeats has a sentence of its own.
     if result.shape is not None and "repeats" not in result.fit:
         what, shape = "what these leave over" if result.effects else "it", result.shape
@@ -47,7 +48,7 @@ def sentences(
         lines.append(
             "Held-out recordings do not bear out the names and shapes that the fitted ones ask for."
         )
-    lines += [*_repeats(result), *_residual(result)]
+    lines += [*repetition_lines(result), *_residual(result)]
     if result.verdict in ("missing_physics", "unexplained"):
         lines += _confusion(result, rejected, reason)
     lines += _gain(result)
@@ -90,11 +91,12 @@ def _names(result: DiagnosisResult) -> str:
     return " and ".join(dict.fromkeys(effect.id for effect in result.effects))
 
 
-def _located(result: DiagnosisResult) -> list[str]:
+def located_lines(result: DiagnosisResult) -> list[str]:
+    """Where the mismatch sits, how large it is and when."""
     where = result.located
     assert where is not None
     lines = [
-        f"The mismatch sits {_PLACES.get(where.component, where.component)} and depends on "
+        f"The mismatch sits {PLACES.get(where.component, where.component)} and depends on "
         f"{where.depends_on}."
     ]
     if result.shape is not None and where.frequency_hz is not None:
@@ -121,7 +123,8 @@ def _located(result: DiagnosisResult) -> list[str]:
     return lines
 
 
-def _effect(effect: NamedEffect) -> str:
+def effect_line(effect: NamedEffect) -> str:
+    """An effect with its numbers and its probability."""
     aliases = f"; no recording tells it from {', '.join(effect.alias_class)}" * bool(
         effect.alias_class
     )
@@ -154,7 +157,8 @@ def _residual(result: DiagnosisResult) -> list[str]:
     ]
 
 
-def _repeats(result: DiagnosisResult) -> list[str]:
+def repetition_lines(result: DiagnosisResult) -> list[str]:
+    """What repeats in time, if anything does."""
     told = result.fit.get("repeats")
     if told is None:
         return []
@@ -213,66 +217,6 @@ def _gain(result: DiagnosisResult) -> list[str]:
             f"On held-out recordings the 5 s prediction of {name} errs by {after:.3g} {unit}, "
             f"before {before:.3g} {unit}; noise alone gives {floor:.3g} {unit}."
         )
-    return lines
-
-
-def sentences_by_prediction(result: DiagnosisResult) -> list[str]:
-    """The same for a diagnosis that unseen windows decide."""
-    lines = [verdict_sentence(result)]
-    if result.located is not None and result.grades is None:
-        lines += [*_located(result), *_repeats(result)]
-    if result.located is not None and result.grades is not None:
-        g = result.grades
-        lines.append(
-            f"The mismatch sits {_PLACES.get(g.component, g.component)} (probability "
-            f"{g.component_probability:.2f}) and depends on {g.depends_on} "
-            f"({g.depends_on_probability:.2f})."
-        )
-        if g.family:
-            lines.append(f"Its family: {g.family} ({g.family_probability:.2f}).")
-        if g.law and g.share < 1.0:
-            lines.append(
-                f"{g.law} explains {g.share:.0%} of what the best free function of one "
-                "coordinate explains."
-            )
-    lines += [_effect(effect) for effect in result.effects]
-    if result.shape is not None and "repeats" not in result.fit:
-        what = "what these leave" if result.effects else "it"
-        lines.append(
-            f"No effect of the library explains {what} as well as a free function of "
-            f"{result.shape.coordinate}; its curve is in the report."
-        )
-    lines += nearest_of(result.grades)
-    share = result.fit.get("explained")
-    if share is not None and not result.effects:
-        lines.append(
-            f"The best candidate removes only {share:.0%} of what the motion predicts of the "
-            "error: it is a surrogate for the missing physics, and no name of it."
-        )
-    rivals = [a for a in result.alternatives if a.probability >= CONFUSED]
-    if rivals:
-        named = ", ".join(f"{a.id} ({a.probability:.2f})" for a in rivals[:3])
-        lines.append(f"These recordings do not rule out {named}.")
-    if "predictable" in result.fit:
-        lines.append(
-            f"No name or curve on offer predicts {'the rest' if result.effects else 'it'}, but "
-            f"{result.fit['predictable']:.0%} of the error over 0.1 s is predicted from the motion "
-            f"and its past without any law, most of it from {result.fit['predictable_from']}."
-        )
-    return lines + _nearer(result) + result.faults
-
-
-def _nearer(result: DiagnosisResult) -> list[str]:
-    told = result.fit.get("prediction", {})
-    lines = []
-    for name in ("theta_u", "theta_l"):
-        if name in told:
-            before, after = told[name]["before_rms"][-1], told[name]["after_rms"][-1]
-            change = f", before {before:.3g} rad" if result.effects or result.shape else ""
-            lines.append(
-                f"In recordings that were not fitted, the prediction of {name} over "
-                f"{told['leads_s'][-1]:.2g} s errs by {after:.3g} rad{change} (root mean square)."
-            )
     return lines
 
 

@@ -50,7 +50,7 @@ def left_predictable(fit: Fit, cuts: Sequence[Cut]) -> dict[str, Any]:
         `predictable`, its share, and `predictable_from`, the coordinate that alone predicts most,
         with its past; nothing where hardly anything is.
     """
-    shares = _shares_of([_short(fit, one) for one in cuts], fit, cuts)
+    shares = _shares_of([short_errors(fit, one) for one in cuts], fit, cuts)
     share = max(shares.values())
     if share < PREDICTABLE:
         return {}
@@ -72,21 +72,22 @@ def left_repeating(fit: Fit, fitted: Sequence[Cut], unseen: Sequence[Cut]) -> Re
 
 def _as_torque(fit: Fit, one: Cut) -> Residual:
     """The torque, Nm, that makes the error of each short window if it is held."""
-    middle, errors = _short(fit, one)
+    middle, errors = short_errors(fit, one)
     motion = one.windows.motion
     return Residual(
-        motion.t[middle], 2.0 * fit.rig.Ju * errors / _ahead(fit) ** 2, motion.u[middle]
+        motion.t[middle], 2.0 * fit.rig.Ju * errors / ahead_of(fit) ** 2, motion.u[middle]
     )
 
 
-def _ahead(fit: Fit) -> float:
+def ahead_of(fit: Fit) -> float:
+    """How far ahead a short prediction goes, s."""
     criteria = fit.setting.criteria
     return criteria.leads[0] * criteria.horizons[0]
 
 
 def _predictable(fit: Fit, cuts: Sequence[Cut]) -> tuple[float, float]:
     """Share of the errors' squares that is predicted, and how much that is, rad^2."""
-    pairs = [_short(fit, one) for one in cuts]
+    pairs = [short_errors(fit, one) for one in cuts]
     share = max(_shares_of(pairs, fit, cuts).values())
     return share, max(share, 0.0) * float(np.mean(np.concatenate([e for _, e in pairs]) ** 2))
 
@@ -109,11 +110,19 @@ def _shares_of(
     }
 
 
-def _short(fit: Fit, one: Cut) -> tuple[IntArray, FloatArray]:
-    """The row in the middle of each short window of a recording, and its error, rad."""
+def short_errors(fit: Fit, one: Cut) -> tuple[IntArray, FloatArray]:
+    """Errors of short predictions.
+
+    Args:
+        fit: of the rig.
+        one: recording.
+
+    Returns:
+        The row in the middle of each short window, and its error, rad; both of shape (w,).
+    """
     rig, shift = fit.rig, float(fit.vector[-1])
     motion, pulled = one.windows.motion, one.lower is not None
-    short = cut(one.samples, motion, rig, np.array([_ahead(fit)]), pulled=pulled)
+    short = cut(one.samples, motion, rig, np.array([ahead_of(fit)]), pulled=pulled)
     short = short.begun(one.width, rig, shift)
     middle = (short.windows.starts + short.windows.rows[:, -1]) // 2
     return middle, short.errors(rig, shift)[:, -1, 0]
