@@ -116,6 +116,12 @@ def test_a_loss_within_three_standard_errors_is_no_contradiction(scatter, stands
     assert bool(ids) == stands
 
 
+@pytest.mark.parametrize(("scatter", "stands"), [(0.1, False), (0.5, True)])
+def test_a_small_loss_contradicts_a_name_if_it_is_clear(scatter, stands):
+    ids, _ = decision([fit_of(42.0, -1.0, named("coasting"), scatter=scatter)])
+    assert bool(ids) == stands
+
+
 def test_a_gain_that_lies_in_one_block_is_none():
     assert decision([fit_of(20.0, 1000.0, named("unbalance"), scatter=500.0)])[0] == []
 
@@ -177,12 +183,12 @@ def test_lost_counts_of_the_fitted_recordings_are_not_asked_of_others():
 
 
 def test_the_criterion_of_what_was_judged_is_its_evidence():
-    fits = [fit_of(50.0, -3.0, named("unbalance")), fit_of(40.0, 30.0, named("quadratic_drag"))]
+    fits = [fit_of(50.0, -2.0, named("unbalance")), fit_of(40.0, 30.0, named("quadratic_drag"))]
     attempts = tuple(Attempt(f, f.terms[-1], -f.bic, -f.bic) for f in fits)
     search = Found(None, BASE, (Round(BASE, (), attempts, ()),), fits[0])
     found, _ = decided(search, (1,), Criteria())
     again = {a.term.id: a.criterion for a in found.rounds[0].named}
-    assert again == pytest.approx({"quadratic_drag": 140.0, "unbalance": 94.0})
+    assert again == pytest.approx({"quadratic_drag": 140.0, "unbalance": 96.0})
     assert [t.id for t in found.final.terms] == ["quadratic_drag"]
 
 

@@ -9,7 +9,7 @@ from threadpoolctl import threadpool_limits
 
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
-from drill_env._watch import Report
+from drill_env._watch import Report, over_by
 from drill_env.diagnosis.answer_by_prediction import answer_by_prediction
 from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.clock import cleaned
@@ -99,7 +99,7 @@ def diagnose_by_prediction(
         def look(horizon: float) -> tuple[Explained, FloatArray]:
             leads = leads_of(min((seen, unseen), key=_seconds), criteria, horizon)
             report(f"predicting {leads[-1]:.2g} s ahead")
-            folds = _folds(read, rig, leads, fixed, options, criteria)
+            folds = _folds(read, rig, leads, fixed, options, criteria, report)
             motions = [c.windows.motion for c in folds[0].setting.cuts]
             offered = candidates_for(
                 axis, motions, left_out, amplifier=amplifier, pulled=rig.inertias == 2
@@ -144,14 +144,15 @@ def _possible(
 
 def _folds(
     read: Sequence[Sequence[tuple[Samples, Motion]]], rig: Rig, leads: FloatArray,
-    fixed: Mapping[str, float], options: DiagnosisOptions, criteria: Criteria,
+    fixed: Mapping[str, float], options: DiagnosisOptions, criteria: Criteria, report: Report,
 ) -> tuple[Fold, ...]:  # fmt: skip
     pulled = rig.inertias == 2
     cuts, other = (
         tuple(cut(s, motion, rig, leads, pulled=pulled) for s, motion in group) for group in read
     )
     free = free_names(rig, fixed, pulled=pulled)
-    return folds_of(Setting(rig, free, options.doubt, cuts, criteria), other)
+    setting = Setting(rig, free, options.doubt, cuts, criteria, over_by(report))
+    return folds_of(setting, other)
 
 
 def _from_one_zero(

@@ -193,7 +193,7 @@ class _Judge:
         # What scatter may do is no contradiction of a name; a free shape, which fits what it will,
         # has to predict others better. But what those that it was fitted to do not ask for at all
         # is nothing that others could bear out.
-        least = -max(self.criteria.gain, self.criteria.z * error)
+        least = -self.criteria.z * error if scatter else -self.criteria.gain
         if len(gains) and not is_named(attempt.term):
             least = self.criteria.gain
         borne = unseen > least and told > 0.0

@@ -28,6 +28,8 @@ _BEYOND = 5.0
 _LEVELS = (0.4, 0.6, 0.8)
 _LEAST_LEVEL = 0.25
 _SMALL = 0.05
+# Plays, in shares of the way: a descent goes astray that begins beside a number of collisions.
+_PLAYS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
 # Of a grid that are looked at: of a gear's five numbers the last ones stay in their middle.
 _POINTS = 30
 
@@ -136,14 +138,20 @@ class Candidate:
         """Numbers of each point of its grid, and which of them it is linear in, 0 there."""
         linear = [i for i, kind in enumerate(self.kinds) if kind not in ("log", "place")]
         choices = [
-            [math.log(v) for v in usual] if kind == "log" else [0.0]
+            usual if kind == "log" else (1.0,)
             for kind, usual in zip(self.kinds, self.usual, strict=True)
         ]
         for i in reversed(range(len(choices))):
             if math.prod(map(len, choices)) > _POINTS:
-                choices[i] = [choices[i][len(choices[i]) // 2]]
+                choices[i] = (self._middle(i),)
         for point in itertools.product(*choices):
-            yield np.array(point), linear
+            yield np.log(point), linear
+
+    def _middle(self, i: int) -> float:
+        """Of the grid of one number: of shares, or of what may be of any size."""
+        assert self.effect is not None
+        share = self.effect.parameters[i].unit == "1"
+        return float(np.mean(self.usual[i]) if share else np.exp(np.mean(np.log(self.usual[i]))))
 
     def at_end(self, z: FloatArray) -> bool:
         """Whether a number came to the end of its range, so that it is not determined.
@@ -235,7 +243,7 @@ def _grid(p: EffectParameter, s: Scales) -> tuple[float, ...]:
             "V": [share * s.voltage for share in (0.02, 0.05, 0.1, 0.2)],
             "V/s": [s.voltage / seconds for seconds in (0.5, 0.1, 0.02)],
             "V s/rad": [share * s.voltage / s.speed for share in (0.2, 0.5)],
-            "rad": [share * min(s.way, math.pi) for share in (1e-4, 1e-3, 1e-2, 5e-2)],
+            "rad": [share * min(s.way, math.pi) for share in _PLAYS],
         }.get(p.unit, list(p.grid))
     inside = {min(max(v, p.low, 1e-12), p.high) for v in values}
     return tuple(sorted(inside))

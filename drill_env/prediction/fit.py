@@ -199,7 +199,7 @@ class _Descent:
                         damping = max(damping / 5.0, 1e-6)
                         break
                 damping *= 6.0
-            if value - before < _ENOUGH:
+            if value - before < _ENOUGH or self.setting.over():
                 break
         return self._fit(x, errors, size, value)
 

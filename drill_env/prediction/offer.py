@@ -11,8 +11,10 @@ from drill_env.parameters import SYMBOLS, Rig
 from drill_env.prediction.candidate import Candidate, candidate_of, scales_of
 from drill_env.prediction.shapes import free_shapes
 
-# Of the motor, behind whatever was measured.
-_BEHIND_THE_CURRENT = ("torque_ripple", "commutation_ripple", "drive_speed_loss")
+# Of the motor, whose iron saturates too, behind whatever was measured.
+_BEHIND_THE_CURRENT = (
+    "torque_ripple", "commutation_ripple", "drive_speed_loss", "soft_saturation",
+)  # fmt: skip
 # Beside what depends on the voltage.
 _READ_THE_DRIVE = (
     "gear_eccentricity", "gear_backlash", "gear_compliance", "commutation_ripple",
@@ -23,6 +25,9 @@ _SHIFTS = ("encoder_delay_upper",)
 
 
 _PULLED = frozenset({"km", "Ju", "Tsu", "dTsu", "bu", "dbu", "ktheta"})
+# Where the string is not twisted the encoders do not tell exactly: a twist that is off is a
+# constant torque.
+_OF_THE_ZERO = "dTsu"
 
 
 def free_names(rig: Rig, fixed: Container[str], *, pulled: bool = False) -> tuple[str, ...]:
@@ -36,7 +41,8 @@ def free_names(rig: Rig, fixed: Container[str], *, pulled: bool = False) -> tupl
         pulled: whether the upper disc alone is predicted, on a string whose other end was measured.
     """
     known = _PULLED if pulled else active_names(rig)
-    return tuple(n for n in SYMBOLS if n in known and n not in fixed and getattr(rig, n) != 0.0)
+    there = {n for n in SYMBOLS if getattr(rig, n) != 0.0} | ({_OF_THE_ZERO} if pulled else set())
+    return tuple(n for n in SYMBOLS if n in known and n not in fixed and n in there)
 
 
 def candidates_for(
@@ -60,6 +66,7 @@ def candidates_for(
         if effect.id not in leave_out
         and _possible(effect, rig, amplifier=amplifier)
         and not (pulled and (effect.depends_on == "voltage" or effect.id in _READ_THE_DRIVE))
+        and not (pulled and effect.stands_for == _OF_THE_ZERO)
     ]
     same = {alias for effect in possible for alias in effect.aliases}
     found = []

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from drill_env._types import IntArray
+from drill_env._watch import never
 from drill_env.prediction.cut import Cut
 from drill_env.prediction.fit import Fit, fit
 
@@ -24,7 +25,7 @@ def refitted(found: Sequence[Fit], cuts: Sequence[Cut]) -> Fit:
     """
     dense = every_row(cuts)
     tried = (
-        fit(replace(one.setting, cuts=dense), one.vector, one.candidates, one.numbers)
+        fit(replace(one.setting, cuts=dense, over=never), one.vector, one.candidates, one.numbers)
         for one in found
     )
     return max(tried, key=lambda there: there.value)

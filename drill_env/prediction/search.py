@@ -9,6 +9,8 @@ import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env._watch import Report
+from drill_env.effects import LIBRARY
+from drill_env.parameters import Rig
 from drill_env.prediction.candidate import Candidate
 from drill_env.prediction.compare import Row, row_of
 from drill_env.prediction.cut import Cut, begun_best
@@ -102,6 +104,7 @@ def searched(
         report: told what is done next, see `Report`.
     """
     report("scoring the library")
+    candidates = [c for c in candidates if _may_join(c, before[0].rig)]
     looks = [{look.candidate.id: look for look in screened(b, candidates)} for b in before]
     gains = {
         c.id: sum(max(look[c.id].gain, 0.0) if c.id in look else 0.0 for look in looks)
@@ -121,6 +124,14 @@ def searched(
             tried[named].append(Tried(candidate, fits, _row(candidate, fits, folds, old)))
         tried[named].sort(key=lambda t: -t.row.gain)
     return Round(tuple(before), tuple(tried[True]), tuple(tried[False]))
+
+
+def _may_join(candidate: Candidate, rig: Rig) -> bool:
+    """Whether the motor would not be behind two gears."""
+    there = [LIBRARY.get(str(entry["id"])) for entry in rig.effects]
+    geared = any(effect is not None and effect.replaces_balance for effect in there)
+    effect = candidate.effect
+    return effect is None or not (geared and effect.replaces_balance)
 
 
 def _fitted(

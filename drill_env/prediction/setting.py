@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from drill_env._types import FloatArray
+from drill_env._watch import never
 from drill_env.identification.coordinates import POSITIVE, Coordinates
 from drill_env.parameters import Rig
 from drill_env.prediction.criteria import Criteria
@@ -29,6 +30,7 @@ class Setting:
         doubt: relative standard deviation of these and of its effects' numbers.
         cuts: recordings.
         criteria: how they are judged.
+        over: whether descents are to end where they are.
     """
 
     start: Rig
@@ -36,6 +38,7 @@ class Setting:
     doubt: float
     cuts: tuple[Cut, ...]
     criteria: Criteria
+    over: Callable[[], bool] = never
 
     @property
     def coordinates(self) -> Coordinates:

@@ -1,0 +1,100 @@
+"""Drives of an axis: iron that saturates behind a measured current, and play in a gear."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from drill_env import Rig
+from drill_env.diagnosis import by_prediction
+from drill_env.diagnosis.by_prediction import diagnose_by_prediction
+from drill_env.diagnosis.options import DiagnosisOptions
+from drill_env.prediction import offer
+from drill_env.recordings import Recording
+
+RATE, SECONDS, NOISE, FINER = 100.0, 20.0, 3e-4, 20
+JU, BU = 0.05, 0.1
+GAP, SHARE, AT_MOTOR, STIFFNESS, LOSS = 0.09, 0.45, 0.6, 600.0, 1.0
+
+
+def torque_of(rng: np.random.Generator) -> np.ndarray:
+    """A multisine of up to 0.6 Hz, held between rows, rms 1 Nm."""
+    t = np.arange(int(SECONDS * RATE)) / RATE
+    tones = rng.uniform(0.1, 0.6, 6)
+    u = sum(np.cos(2.0 * math.pi * f * t + rng.uniform(0.0, 6.3)) for f in tones.tolist())
+    return np.asarray(u / np.std(u))
+
+
+def stiff(torque: np.ndarray) -> np.ndarray:
+    """Angle of a linear axis, exactly."""
+    decay, theta, omega = math.exp(-BU / JU / RATE), np.zeros(len(torque)), 0.0
+    for k, end in enumerate((torque[:-1] / BU).tolist()):
+        theta[k + 1] = theta[k] + end / RATE + (omega - end) * (1.0 - decay) * JU / BU
+        omega = end + (omega - end) * decay
+    return theta
+
+
+def loose(torque: np.ndarray) -> np.ndarray:
+    """Angle of a load behind play, in small steps; most of the friction sits at the motor."""
+    step, out = 1.0 / RATE / FINER, np.zeros(len(torque))
+    motor = load = fast = slow = 0.0
+    for k, push in enumerate(torque.tolist()):
+        out[k] = load
+        for _ in range(FINER):
+            ahead = motor - load
+            wound = math.copysign(max(abs(ahead) - 0.5 * GAP, 0.0), ahead)
+            handed = STIFFNESS * wound + LOSS * (fast - slow) if wound else 0.0
+            handed = handed if handed * wound > 0.0 else 0.0
+            fast += step * (push - handed - AT_MOTOR * BU * fast) / (SHARE * JU)
+            slow += step * (handed - (1.0 - AT_MOTOR) * BU * slow) / ((1.0 - SHARE) * JU)
+            motor, load = motor + step * fast, load + step * slow
+    return out
+
+
+def diagnosed(drive, axis, most: int = 1):
+    """What is said of four recordings of a machine whose drive and axis are given."""
+    runs = []
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        u = torque_of(rng)
+        read = axis(drive(u)) + rng.normal(0.0, NOISE, len(u))
+        t = np.arange(len(u)) / RATE
+        runs.append(Recording(t, u, read, drive="torque", source=f"axis {seed}"))
+    options = DiagnosisOptions(given_rig=True, doubt=0.1, most=most)
+    rig = Rig.one_inertia(km=1.0, Ju=JU, Tsu=0.0, bu=BU)
+    return diagnose_by_prediction(runs[:2], rig, runs[2:], options).result
+
+
+def test_iron_saturates_behind_a_measured_current():
+    level = 1.5
+    result = diagnosed(lambda u: level * 2.0 / np.pi * np.arctan(0.5 * np.pi * u / level), stiff)
+    assert [effect.id for effect in result.effects] == ["soft_saturation"]
+
+
+@pytest.mark.parametrize("axis", [loose, stiff])
+def test_play_between_motor_and_load_is_found_from_far(axis, monkeypatch):
+    names = {"gear_backlash", "gear_compliance", "actuator_lag", "upper_resonator"}
+    every = offer.candidates_for
+    monkeypatch.setattr(
+        by_prediction, "candidates_for",
+        lambda *given, **options: [c for c in every(*given, **options) if c.id in names],
+    )  # fmt: skip
+    result = diagnosed(lambda u: u, axis)
+    found = {effect.id: effect.parameters for effect in result.effects}
+    assert list(found) == (["gear_backlash"] if axis is loose else [])
+    if axis is loose:
+        gap = found["gear_backlash"]["gap"]
+        assert gap.low < GAP < gap.high
+
+
+def test_no_second_gear_is_offered_beside_the_first(monkeypatch):
+    names = {"gear_backlash", "gear_compliance"}
+    every = offer.candidates_for
+    monkeypatch.setattr(
+        by_prediction, "candidates_for",
+        lambda *given, **options: [c for c in every(*given, **options) if c.id in names],
+    )  # fmt: skip
+    result = diagnosed(lambda u: u, loose, most=2)
+    assert [effect.id for effect in result.effects] == ["gear_backlash"]
