@@ -24,7 +24,7 @@ from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.families import FAMILIES
 from drill_env.prediction.likelihood import log_density, scales
 from drill_env.prediction.randomisation import z_of_groups, z_of_sum
-from drill_env.prediction.rule import Entrant, chosen, undetermined
+from drill_env.prediction.rule import Entrant, chosen
 from drill_env.recordings import Recording
 
 BARE = Plant(**{**PENDULUM.__dict__, "weight": 0.0})
@@ -333,15 +333,9 @@ def test_a_shape_elsewhere_takes_the_place_of_a_name_that_is_hardly_probable_bes
     assert kept is not None and kept.id == "commutation_ripple"
 
 
-def test_numbers_at_the_end_of_their_range_tell_a_place_and_no_name():
-    """A ring of fluid that is dragged along was silent: a resonator with too much damping."""
+def test_numbers_at_the_end_of_their_range_are_no_name():
     lost = replace(entrant("upper_resonator", 1.0, named=True), determined=False)
     assert chosen([lost], Criteria()).chosen is None
-    told = undetermined([lost, entrant("supply_sag", -1.0, named=True)], Criteria())
-    assert told.chosen is not None and told.chosen.id == "upper_resonator"
-    assert told.grades.component == pytest.approx(1.0) and told.grades.law == 0.0
-    assert told.grades.nearest == (("upper_resonator", 1.0),)
-    assert undetermined([entrant("supply_sag", -1.0, named=True)], Criteria()).chosen is None
 
 
 def test_a_family_is_as_probable_as_its_laws_together():

@@ -56,7 +56,7 @@ def answer_by_prediction(
     kept = [c for c in choices if c.chosen is not None and not c.remainder]
     named = [c for c in kept if c.named]
     errors = _fit(before, after, fold, leads)
-    standing, cuts = [c for c in named if c.determined], (*fold.setting.cuts, *fold.unseen)
+    standing, cuts = named, (*fold.setting.cuts, *fold.unseen)
     if not all(map(_common, standing)):
         share = share_removed(before, after, cuts)
         errors["explained"] = share

@@ -107,13 +107,11 @@ def diagnose_by_prediction(
             return explained(folds, offered, criteria, options.most, report), leads
 
         horizons = _possible(read, rig, criteria)
-        looks = [look(horizons[0])]
+        found, leads = look(horizons[0])
         for horizon in horizons[1:]:
-            if looks[-1][0].told or report("looking less far ahead"):
+            if found.told or report("looking less far ahead"):
                 break
-            looks.append(look(horizon))
-        placed = [one for one in looks if one[0].placed]
-        found, leads = looks[-1] if looks[-1][0].told or not placed else placed[0]
+            found, leads = look(horizon)
         report("fitting all readings")
         fold = found.folds[0]
         before = refitted([found.alone], found.alone.setting.cuts)

@@ -228,12 +228,6 @@ def nearest_of(grade: Grade | None) -> list[str]:
     """
     if grade is None or not grade.nearest:
         return []
-    best, most = next(iter(grade.nearest.items()))
-    if most >= 1.0:
-        return [
-            f"Unseen recordings ask for {best}, but its numbers came to the end of their range: it "
-            "tells the place and is no name of what is missing."
-        ]
     told = ", ".join(f"{name} {share:.0%}" for name, share in list(grade.nearest.items())[:2])
     return [
         f"Effects of the library at this place explain a part of it: {told}. It may be such "

@@ -10,7 +10,7 @@ from drill_env.prediction.candidate import Candidate
 from drill_env.prediction.compare import listed
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.fit import Fit, fit
-from drill_env.prediction.rule import NO_GRADES, Entrant, Grades, chosen, undetermined
+from drill_env.prediction.rule import NO_GRADES, Entrant, Grades, chosen
 from drill_env.prediction.search import Fold, Round, Tried, begun_anew, searched, without_first
 
 
@@ -24,7 +24,6 @@ class Choice:
         share: of what the best free shape explains that the name explains.
         grades: how sure it is.
         remainder: whether it is too small beside what was found first to be more than a rest of it.
-        determined: whether its numbers are inside their ranges; else it tells a place alone.
     """
 
     found: Round
@@ -32,7 +31,6 @@ class Choice:
     share: float = 1.0
     grades: Grades = NO_GRADES
     remainder: bool = False
-    determined: bool = True
 
     @property
     def tried(self) -> tuple[Tried, ...]:
@@ -62,14 +60,9 @@ class Explained:
     folds: tuple[Fold, ...]
 
     @property
-    def placed(self) -> bool:
-        """Whether something is missing, if only by its place."""
-        return any(c.chosen is not None for c in self.choices)
-
-    @property
     def told(self) -> bool:
-        """Whether that has a name or a shape."""
-        return any(c.chosen is not None and c.determined for c in self.choices)
+        """Whether something is missing."""
+        return any(c.chosen is not None for c in self.choices)
 
 
 def decided(found: Round, criteria: Criteria) -> Choice:
@@ -123,8 +116,6 @@ def explained(
             break
         offered = [c for c in candidates if c.id not in taken]
         choice = decided(searched(folds, here, offered, report), criteria)
-        if not choices and choice.chosen is None:
-            choice = _told_by_place(choice, criteria)
         first_of_many = not choices and most > 1
         pair = _pair_for(choice, folds, offered, criteria, report) if first_of_many else None
         if pair is not None:
@@ -137,7 +128,7 @@ def explained(
             # What a free shape adds to a name is how its law differs.
             choice = replace(choice, remainder=small or not choice.named)
         choices.append(choice)
-        if choice.chosen is None or choice.remainder or not choice.determined:
+        if choice.chosen is None or choice.remainder:
             break
         folds, here = begun_anew(folds, choice.chosen.fits)
         if not choice.named:
@@ -189,14 +180,6 @@ def _pair_for(
     if len(told) < 2 or sum(told) < criteria.share * curve.row.gain:
         return None
     return both, folds, here
-
-
-def _told_by_place(choice: Choice, criteria: Criteria) -> Choice:
-    told = undetermined([_entrant(t) for t in choice.tried], criteria)
-    if told.chosen is None:
-        return choice
-    taken = next(t for t in choice.tried if t.candidate.id == told.chosen.id)
-    return replace(choice, chosen=taken, grades=told.grades, determined=False)
 
 
 def _again(

@@ -41,8 +41,15 @@ def free_names(rig: Rig, fixed: Container[str], *, pulled: bool = False) -> tupl
         pulled: whether the upper disc alone is predicted, on a string whose other end was measured.
     """
     known = _PULLED if pulled else active_names(rig)
-    there = {n for n in SYMBOLS if getattr(rig, n) != 0.0} | ({_OF_THE_ZERO} if pulled else set())
+    there = {n for n in SYMBOLS if getattr(rig, n) != 0.0}
+    if pulled and _tells_its_zero(rig):
+        there |= {_OF_THE_ZERO}
     return tuple(n for n in SYMBOLS if n in known and n not in fixed and n in there)
+
+
+def _tells_its_zero(rig: Rig) -> bool:
+    """Whether a constant torque is fitted to a disc on a string: within what it rubs by."""
+    return rig.Tsu != 0.0
 
 
 def candidates_for(
@@ -66,7 +73,7 @@ def candidates_for(
         if effect.id not in leave_out
         and _possible(effect, rig, amplifier=amplifier)
         and not (pulled and (effect.depends_on == "voltage" or effect.id in _READ_THE_DRIVE))
-        and not (pulled and effect.stands_for == _OF_THE_ZERO)
+        and not (pulled and _tells_its_zero(rig) and effect.stands_for == _OF_THE_ZERO)
     ]
     same = {alias for effect in possible for alias in effect.aliases}
     found = []

@@ -127,23 +127,6 @@ def chosen(entrants: Sequence[Entrant], criteria: Criteria) -> Choice:
     return Choice(taken, share, _grades(taken, rivals), weights)
 
 
-def undetermined(entrants: Sequence[Entrant], criteria: Criteria) -> Choice:
-    """A name that unseen windows ask for though its numbers came to the end of their range.
-
-    It is no name of what is missing, but tells that something is, and where.
-
-    Args:
-        entrants: of a search that found nothing else.
-        criteria: of the decision.
-    """
-    asked = _weighed([e for e in entrants if e.named and listed(e.row, criteria)], criteria)
-    if not asked:
-        return Choice(None, 1.0, NO_GRADES, {})
-    taken = max(asked, key=lambda e: e.row.weight)
-    grades = replace(_grades(taken, asked), family=0.0, law=0.0, nearest=((taken.id, 1.0),))
-    return Choice(taken, 1.0, grades, {e.id: e.row.weight for e in asked})
-
-
 def _weighed(entrants: Sequence[Entrant], criteria: Criteria) -> list[Entrant]:
     """Candidates with their probabilities among each other."""
     odds = [criteria.common if e.common else 1.0 for e in entrants]
