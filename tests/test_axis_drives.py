@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -98,3 +99,19 @@ def test_no_second_gear_is_offered_beside_the_first(monkeypatch):
     )  # fmt: skip
     result = diagnosed(lambda u: u, loose, most=2)
     assert [effect.id for effect in result.effects] == ["gear_backlash"]
+
+
+def test_a_name_whose_number_all_recordings_put_to_its_end_is_none(monkeypatch):
+    """Halves of the recordings had it inside its range."""
+    whole = by_prediction.refitted
+
+    def at_its_end(found, cuts):
+        there = whole(found, cuts)
+        numbers = tuple(c.high if c.effect else z for c, z in zip(
+            there.candidates, there.numbers, strict=True))  # fmt: skip
+        return replace(there, numbers=numbers)
+
+    monkeypatch.setattr(by_prediction, "refitted", at_its_end)
+    level = 1.5
+    result = diagnosed(lambda u: level * 2.0 / np.pi * np.arctan(0.5 * np.pi * u / level), stiff)
+    assert not result.effects and result.verdict == "unexplained"

@@ -56,7 +56,9 @@ def answer_by_prediction(
     kept = [c for c in choices if c.chosen is not None and not c.remainder]
     named = [c for c in kept if c.named]
     errors = _fit(before, after, fold, leads)
-    standing, cuts = named, (*fold.setting.cuts, *fold.unseen)
+    ends = [c.at_end(z) for c, z in zip(whole.candidates, whole.numbers, strict=True)]
+    standing = [c for c, end in zip(kept, ends, strict=True) if c.named and not end]
+    cuts = (*fold.setting.cuts, *fold.unseen)
     if not all(map(_common, standing)):
         share = share_removed(before, after, cuts)
         errors["explained"] = share
