@@ -10,7 +10,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from drill_env._types import FloatArray
-from drill_env.dynamics import equilibrium_state, equilibrium_voltage
+from drill_env.dynamics import equilibrium_voltage
 from drill_env.dynamics.kernels import fill_jacobian
 from drill_env.environment.config import EnvConfig, View
 from drill_env.friction import kernel_record
@@ -191,9 +191,3 @@ class ScheduledLaw(ABC):
         if self._memory.shape[1] != states:
             self._memory = np.zeros((len(setpoints), states))
         self._scratch = np.zeros(states)
-
-
-def reference_state(config: EnvConfig, setpoint: float) -> tuple[FloatArray, float]:
-    """(twist, omega_u, omega_l) and voltage (V) of the nominal rig at a set point."""
-    volts = float(equilibrium_voltage(config.rig, setpoint))
-    return equilibrium_state(config.rig, setpoint)[:3], volts
