@@ -111,15 +111,17 @@ def test_what_fitted_recordings_ask_for_and_others_contradict_is_something(told,
 
 
 @pytest.mark.parametrize(("scatter", "stands"), [(5.0, False), (20.0, True)])
-def test_a_loss_within_three_standard_errors_is_no_contradiction(scatter, stands):
-    ids, _ = decision([fit_of(300.0, -30.0, named("unbalance"), scatter=scatter)])
-    assert bool(ids) == stands
+def test_a_loss_within_three_standard_errors_is_none_once_a_second_name_is_there(scatter, stands):
+    one = fit_of(300.0, -30.0, named("unbalance"), scatter=scatter)
+    both = fit_of(600.0, 200.0, *one.terms, named("gain_asymmetry"), scatter=scatter)
+    ids, _ = decision([one], final=both, steps=(one,))
+    assert ids == (["unbalance", "gain_asymmetry"] if stands else [])
 
 
-@pytest.mark.parametrize(("scatter", "stands"), [(0.1, False), (0.5, True)])
-def test_a_small_loss_contradicts_a_name_if_it_is_clear(scatter, stands):
-    ids, _ = decision([fit_of(42.0, -1.0, named("coasting"), scatter=scatter)])
-    assert bool(ids) == stands
+@pytest.mark.parametrize("scatter", [0.1, 5.0])
+def test_a_name_by_which_unseen_readings_are_less_probable_is_none(scatter):
+    assert decision([fit_of(42.0, -1.0, named("coasting"), scatter=scatter)])[0] == []
+    assert decision([fit_of(42.0, 1.0, named("coasting"), scatter=scatter)])[0] == ["coasting"]
 
 
 def test_a_gain_that_lies_in_one_block_is_none():

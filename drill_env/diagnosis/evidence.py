@@ -102,21 +102,28 @@ def decided(
     table = judge.weighed(found.rounds[0])
     taken = table.taken
     if taken is None:
-        told = 0.5 * (found.base.bic - found.final.bic)
-        refuted = found.final if told > _ASKED * criteria.evidence else None
-        return replace(found, final=found.base, refuted=refuted), table
+        return _contradicted(found, found.final, criteria), table
     first, later = table.restated(found.rounds[0]), found.rounds[1:]
     if not is_named(taken.term):
         final = polished(found.setting, taken.fit)
         return replace(found, rounds=(first, *later), final=final), table
     found = replace(found, rounds=(first, *(judge.asked_beside(r, found) for r in later)))
     final = judge.climbed(found, taken, table)
+    if not judge.borne(found.base, final):
+        return _contradicted(found, final, criteria), table
     return replace(found, final=final if sized(final, final.terms[0]) else found.base), table
 
 
 def listing(criteria: Criteria) -> Criteria:
     """The criteria with the evidence that a whole rig asks for in place of that of one window."""
     return replace(criteria, gain=criteria.evidence)
+
+
+def _contradicted(found: Found, final: Fit, criteria: Criteria) -> Found:
+    """The rig alone; names that fitted recordings ask for by more than a trace are refuted."""
+    told = 0.5 * (found.base.bic - final.bic)
+    refuted = final if told > _ASKED * criteria.evidence else None
+    return replace(found, final=found.base, refuted=refuted)
 
 
 def _improbable(found: Found, name: str) -> bool:
@@ -229,6 +236,15 @@ class _Judge:
         gains = self.blocks(step) - self.blocks(here)
         clear = z_of(gains, self.marks()) >= self.criteria.z
         return clear and told + float(gains.sum()) > least
+
+    def borne(self, base: Fit, final: Fit) -> bool:
+        """Whether unseen readings are more probable with all names than under the rig alone.
+
+        While a second effect is missing, one name alone may make them less so.
+        """
+        if not self.held or all(_once(term) for term in final.terms):
+            return True
+        return bool(np.sum(self.blocks(final) - self.blocks(base)) > 0.0)
 
     def _share(self, here: Fit, last: Term) -> float:
         """Of the first term's evidence, that a further one must bring to be no remainder of it.
