@@ -11,6 +11,7 @@ from drill_env import Rig
 from drill_env.diagnosis import by_prediction
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.recordings import Recording
+from drill_env.report.prediction_page import prediction_page
 
 RATE, SECONDS, NOISE, STEP = 200.0, 30.0, 3e-4, 2.0 * math.pi / 4096
 AXIS = Rig.one_inertia(km=1.0, Ju=0.05, Tsu=0.0, bu=0.1)
@@ -50,13 +51,14 @@ def told_of(runs, monkeypatch):
     """The diagnosis of runs of which the last two are unseen, with nothing on offer."""
     monkeypatch.setattr(by_prediction, "candidates_for", lambda *given, **options: [])
     options = DiagnosisOptions(given_rig=True, doubt=0.1)
-    return by_prediction.diagnose_by_prediction(runs[:-2], AXIS, runs[-2:], options).result
+    return by_prediction.diagnose_by_prediction(runs[:-2], AXIS, runs[-2:], options)
 
 
 def test_a_drive_that_folds_back_in_hard_runs_alone_is_told_by_when_it_does(monkeypatch):
     strengths = (0.4, 0.9, 0.5, 0.4, 0.9)
     runs = [run_of(seed, size, folded_back) for seed, size in enumerate(strengths)]
-    result = told_of(runs, monkeypatch)
+    found = told_of(runs, monkeypatch)
+    result = found.result
     assert result.verdict == "unexplained"
     stretches = result.fit["fails"]["stretches_s"]
     assert set(stretches) == {"axis 1", "axis 4"}
@@ -70,6 +72,8 @@ def test_a_drive_that_folds_back_in_hard_runs_alone_is_told_by_when_it_does(monk
         assert np.mean(acts[inside]) > 0.9
         assert np.mean(inside[acts & (np.abs(one.u) > 2.0 * LIMIT)]) > 0.8
     assert any("something acts there" in line for line in result.sentences)
+    page, (first, last) = prediction_page(found), stretches["axis 1"][0]
+    assert f"{first:.2f} to {last:.2f}" in page.split("Where the model fails")[1]
 
 
 @pytest.mark.parametrize(
@@ -86,7 +90,7 @@ def test_what_is_no_missing_physics_is_no_failing_stretch(case, monkeypatch):
     if case == "an angle that jumps":
         for place, one in enumerate(runs):
             one.theta_u[1500 + 700 * place :] += 0.3
-    result = told_of(runs, monkeypatch)
+    result = told_of(runs, monkeypatch).result
     assert "fails" not in result.fit
     if case != "one noisy recording":
         assert result.verdict in ("consistent", "parameters")
