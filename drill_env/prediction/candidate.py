@@ -28,7 +28,8 @@ _BEYOND = 5.0
 _LEVELS = (0.4, 0.6, 0.8)
 _LEAST_LEVEL = 0.25
 _SMALL = 0.05
-# Plays, in shares of the way: a descent goes astray that begins beside a number of collisions.
+# Plays from which descents begin, in shares of the way, two a decade: between neighbours a descent
+# finds the way, further off it ends at a lower peak. They decide where it begins and no answer.
 _PLAYS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
 # Of a grid that are looked at: of a gear's five numbers the last ones stay in their middle.
 _POINTS = 30

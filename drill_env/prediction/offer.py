@@ -25,8 +25,8 @@ _SHIFTS = ("encoder_delay_upper",)
 
 
 _PULLED = frozenset({"km", "Ju", "Tsu", "dTsu", "bu", "dbu", "ktheta"})
-# Where the string is not twisted the encoders do not tell exactly: a twist that is off is a
-# constant torque.
+# The encoders do not show exactly where the string is not twisted: an error there is a constant
+# torque.
 _OF_THE_ZERO = "dTsu"
 
 
@@ -48,7 +48,7 @@ def free_names(rig: Rig, fixed: Container[str], *, pulled: bool = False) -> tupl
 
 
 def _tells_its_zero(rig: Rig) -> bool:
-    """Whether a constant torque is fitted to a disc on a string: within what it rubs by."""
+    """Whether a constant torque is estimated: its prior is as wide as the disc's dry friction."""
     return rig.Tsu != 0.0
 
 
