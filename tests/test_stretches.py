@@ -1,4 +1,4 @@
-"""What acts in a few stretches alone is reported by them, though no window elsewhere asks for it."""
+"""What acts in a few stretches alone is reported, though no window elsewhere asks for it."""
 
 from __future__ import annotations
 
