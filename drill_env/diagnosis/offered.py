@@ -7,7 +7,7 @@ from collections.abc import Container
 from drill_env.effects import LIBRARY, Effect
 from drill_env.identification.coordinates import active_names
 from drill_env.parameters import SYMBOLS, Rig
-from drill_env.prediction.offer import is_behind_the_current
+from drill_env.prediction.offer import is_behind_the_current, second_gear
 
 # An asymmetry lies within the level that it is an asymmetry of.
 _LEVELS = {"dTsu": "Tsu", "dbu": "bu"}
@@ -44,13 +44,12 @@ def offered_effects(
         moved: whether the upper disc's motion is the input: nothing acts on it or its encoder.
     """
     there = [LIBRARY[e["id"]] for e in rig.effects if e["id"] in LIBRARY]
-    geared = any(effect.replaces_balance for effect in there)
     return [
         effect
         for effect in LIBRARY.values()
         if effect.id not in leave_out
         and effect not in there
-        and not (geared and effect.replaces_balance)
+        and not second_gear(effect, there)
         and not effect.axis_only
         and not (moved and effect.equation == "upper")
         and (amplifier or is_behind_the_current(effect))

@@ -49,6 +49,7 @@ from drill_env.diagnosis.waves import Wave, free_waves, score_waves
 from drill_env.effects import Effect
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
+from drill_env.prediction.offer import second_gear
 
 # Effects and shapes that get a first look; a rig without what it lacks most scores badly.
 _WIDTHS, _LATER_WIDTHS = (12, 5), (7, 3)
@@ -100,8 +101,7 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
 def _may_join(effect: Effect, fit: Fit) -> bool:
     """Whether an effect is not there yet, nor a gear beside the one that the motor is behind."""
     there = [term.source.effect for term in fit.terms if isinstance(term.source, Named)]
-    geared = effect.replaces_balance and any(other.replaces_balance for other in there)
-    return not geared and effect.id not in {term.id for term in fit.terms}
+    return not second_gear(effect, there) and effect.id not in {term.id for term in fit.terms}
 
 
 def _scores(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+from collections.abc import Container, Iterable, Sequence
 
 from drill_env.effects import LIBRARY, Effect
 from drill_env.effects.along import Motion
@@ -91,6 +91,16 @@ def _possible(effect: Effect, rig: Rig, *, amplifier: bool) -> bool:
     if rig.inertias == 1 and (effect.equation != "upper" or effect.id in _SHIFTS):
         return False
     return amplifier or is_behind_the_current(effect)
+
+
+def second_gear(effect: Effect, there: Iterable[Effect]) -> bool:
+    """Whether an effect puts the motor behind a gear beside another one that does.
+
+    Args:
+        effect: that may join.
+        there: effects of the rig.
+    """
+    return effect.replaces_balance and any(other.replaces_balance for other in there)
 
 
 def is_behind_the_current(effect: Effect) -> bool:

@@ -15,6 +15,7 @@ from drill_env.prediction.candidate import Candidate
 from drill_env.prediction.compare import Row, row_of
 from drill_env.prediction.cut import Cut, begun_best
 from drill_env.prediction.fit import Fit, fit
+from drill_env.prediction.offer import second_gear
 from drill_env.prediction.screen import screened
 from drill_env.prediction.setting import Setting
 
@@ -128,10 +129,8 @@ def searched(
 
 def _may_join(candidate: Candidate, rig: Rig) -> bool:
     """Whether the motor would not be behind two gears."""
-    there = [LIBRARY.get(str(entry["id"])) for entry in rig.effects]
-    geared = any(effect is not None and effect.replaces_balance for effect in there)
-    effect = candidate.effect
-    return effect is None or not (geared and effect.replaces_balance)
+    there = [LIBRARY[e["id"]] for e in rig.effects if e["id"] in LIBRARY]
+    return candidate.effect is None or not second_gear(candidate.effect, there)
 
 
 def _fitted(
