@@ -13,7 +13,6 @@ from drill_env.diagnosis.rounds import (
     Attempt,
     at_its_limit,
     at_range_end,
-    completed_by,
     outdone,
 )
 from drill_env.diagnosis.terms import Named, Term
@@ -69,30 +68,6 @@ def test_a_step_of_friction_at_the_start_is_the_rigs_own(time: float, told: bool
 )
 def test_a_number_at_the_end_of_its_range_is_not_determined(name, numbers, told):
     assert at_range_end(attempt(name, *numbers).term) == told
-
-
-@pytest.mark.parametrize(
-    ("first", "second", "one_law"),
-    [
-        ("string_hardening", "string_play", True),
-        ("lower_stribeck", "lower_gaussian_stribeck", True),
-        # Friction falls and drag rises; another coordinate; what happens in time; harmonics of one
-        # angle; a memory; what most machines have.
-        ("lower_stribeck", "quadratic_drag", False),
-        ("string_hardening", "string_damping", False),
-        ("friction_step", "friction_warmup", False),
-        ("torque_ripple", "gear_eccentricity", False),
-        ("actuator_lag", "input_delay", False),
-        ("upper_coulomb", "upper_viscous", False),
-    ],
-)
-def test_what_completes_a_law_is_no_second_name(first: str, second: str, one_law: bool):
-    """A string that stiffens by another power was told as hardening beside a play."""
-    terms = [attempt(name, *(p.grid[0] for p in LIBRARY[name].parameters)).term
-             for name in (first, second)]  # fmt: skip
-    assert completed_by(terms[1], terms[:1]) is (terms[0] if one_law else None)
-    assert completed_by(terms[0], terms[1:]) is (terms[1] if one_law else None)
-    assert completed_by(terms[0], []) is None
 
 
 def test_a_name_that_explains_less_than_what_was_taken_is_outdone():

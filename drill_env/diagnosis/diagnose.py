@@ -24,6 +24,7 @@ from drill_env.diagnosis.held_out import Judged, judge, judged_channels, rms
 from drill_env.diagnosis.law import LawFit, law_fit
 from drill_env.diagnosis.noise_floor import errors_by_noise
 from drill_env.diagnosis.offered import free_parameters, offered_effects
+from drill_env.diagnosis.one_law import one_law
 from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.predicted import with_predictions
 from drill_env.diagnosis.result import DiagnosisResult
@@ -259,6 +260,7 @@ def _held_out(
         drawn = errors_by_noise(ready, found.final, after, seed)
     if law and found.residual_shape is not None:
         return _held_out(plain, None, held, seed)
+    found = replace(found, one_law=one_law(found, ready, before, after, Criteria()))
     return law, Unseen(found, ready, before, after, drawn), table
 
 

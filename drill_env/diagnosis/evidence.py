@@ -109,6 +109,10 @@ def decided(
         return replace(found, rounds=(first, *later), final=final), table
     found = replace(found, rounds=(first, *(judge.asked_beside(r, found) for r in later)))
     final = judge.climbed(found, taken, table)
+    if final.terms[0].id != taken.term.id:
+        # Beside another name it is by far more probable than what was taken alone.
+        first = replace(first, weights={final.terms[0].id: 1.0})
+        found = replace(found, rounds=(first, *found.rounds[1:]))
     if not judge.borne(found.base, final):
         return _contradicted(found, final, criteria), table
     return replace(found, final=final if sized(final, final.terms[0]) else found.base), table

@@ -16,9 +16,9 @@ from drill_env.diagnosis.lost_counts import LostCounts
 from drill_env.diagnosis.offered import is_parameter
 from drill_env.diagnosis.probability import of_gain, probability
 from drill_env.diagnosis.result import NamedEffect, Number
-from drill_env.diagnosis.rounds import Found, completed_by, is_named
+from drill_env.diagnosis.rounds import Found, is_named
 from drill_env.diagnosis.strikes import Once
-from drill_env.diagnosis.terms import Named, Term
+from drill_env.diagnosis.terms import Named
 from drill_env.effects import LIBRARY
 
 
@@ -36,20 +36,18 @@ def named_effects(
     effects = []
     if law is not None:
         effects.append(_law_effect(found, law.gain, scale))
-    lost, told = {effect.id: effect for effect in _lost_counts(found)}, list[Term]()
+    lost = {effect.id: effect for effect in _lost_counts(found)}
     for term in found.final.terms:
         if term.id in lost:
             effects.append(lost.pop(term.id))
         if not isinstance(term.source, Named) or not is_named(term):
             continue
         effect = term.source.effect
-        whole = completed_by(term, told)
-        if whole is not None:
-            place = [e.id for e in effects].index(whole.id)
+        if term.id in found.one_law:
+            place = [e.id for e in effects].index(found.one_law[term.id])
             rest = effects[place].rest | {effect.id: numbers_of(found.final, term, scale)}
             effects[place] = replace(effects[place], rest=rest)
             continue
-        told.append(term)
         effects.append(
             NamedEffect(
                 effect.id, effect.component, probability(found, term.id),

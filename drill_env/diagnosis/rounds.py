@@ -12,7 +12,6 @@ from drill_env.diagnosis.residual_torque import ResidualTorque
 from drill_env.diagnosis.scan import Scored
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.diagnosis.waves import Wave
-from drill_env.effects import Effect
 
 NEEDED = 20.0
 """Gain of the information criterion at which an effect is as likely as none."""
@@ -97,6 +96,7 @@ class Found:
         residual_torque: how much of the final fit's the motion predicts.
         residual_shape: the shape of that where nothing that was found accounts for it.
         repetition: what of it repeats in time, at a phase of its own in each recording.
+        one_law: of each name that only completes the law of another one, that one's.
     """
 
     setting: Setting
@@ -110,6 +110,7 @@ class Found:
     residual_torque: ResidualTorque | None = None
     residual_shape: Term | None = None
     repetition: Repetition | None = None
+    one_law: dict[str, str] = field(default_factory=dict)
 
     @property
     def rejected(self) -> tuple[str, ...]:
@@ -155,35 +156,6 @@ def place_of(term: Term) -> tuple[str, str]:
     """Where a term acts: component and coordinate."""
     source = term.source.effect if isinstance(term.source, Named) else term.source
     return source.component, source.depends_on
-
-
-def completed_by(term: Term, terms: Sequence[Term]) -> Term | None:
-    """The name among `terms` whose law another one only completes.
-
-    Two functions of one coordinate at one place are one law there. Of two that are easily confused
-    with each other the second is what the first one's formula lacks, and no other cause.
-    """
-    own = _plain_law(term)
-    if own is None:
-        return None
-    for other in terms:
-        law = _plain_law(other)
-        confused = law is not None and own.id in law.neighbours and law.id in own.neighbours
-        if confused and place_of(other) == place_of(term):
-            return other
-    return None
-
-
-def _plain_law(term: Term) -> Effect | None:
-    """The effect of a named term that is a law of the motion at hand: no swing, no memory.
-
-    What most machines have is a cause of its own beside anything.
-    """
-    effect = term.source.effect if isinstance(term.source, Named) else None
-    if effect is None or effect.common or effect.states or effect.delay:
-        return None
-    swings = any(p.role == "phase" for p in effect.parameters)
-    return None if swings or effect.depends_on == "time" else effect
 
 
 def at_its_limit(attempt: Attempt, others: Sequence[Attempt]) -> bool:

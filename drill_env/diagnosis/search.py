@@ -40,6 +40,7 @@ from drill_env.diagnosis.rounds import (
     is_named,
     nameless,
 )
+from drill_env.diagnosis.row_times import of_row_times
 from drill_env.diagnosis.scan import Scored, score_effects, score_shapes
 from drill_env.diagnosis.shapes import at_driven_disc, free_shapes
 from drill_env.diagnosis.strikes import Strike, faint, named_strikes, score_strikes
@@ -91,6 +92,7 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
         done = sorted([*done, *tightened(setting, fit, done, noise)], key=lambda a: -a.gain)
     done = [a for a in best_of_each(done) if not faint(a.term, a.gain)]
     done = [a for a in done if not broken_counts(a.term, setting.samples)]
+    done = [a for a in done if not of_row_times(a.term, a.fit.rig, setting.samples)]
     return Round(
         fit, tuple(score for kind in scores for score in kind),
         tuple(a for a in done if is_named(a.term) and not at_its_limit(a, done)),

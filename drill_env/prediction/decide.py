@@ -124,7 +124,8 @@ def explained(
             continue
         first = choices[0].chosen if choices else None
         if choice.chosen is not None and first is not None:
-            small = choice.chosen.row.gain < criteria.neighbour * first.row.gain
+            least = least_share(choice.chosen.candidate, choices, criteria) * first.row.gain
+            small = choice.chosen.row.gain < least
             # What a free shape adds to a name is how its law differs.
             choice = replace(choice, remainder=small or not choice.named)
         choices.append(choice)
@@ -139,6 +140,25 @@ def explained(
             # What was taken before or is now is offered no more, or a search could go round.
             taken |= _ids(choices)
     return Explained(choices, alone, here, folds)
+
+
+def least_share(own: Candidate, choices: Sequence[Choice], criteria: Criteria) -> float:
+    """Of the first gain, what a further name must bring to be no rest of what was found.
+
+    Two functions of one coordinate at one place are one curve, for which a name stands from
+    `Criteria.share` of it. What most machines have is a cause of its own.
+
+    Args:
+        own: the further candidate.
+        choices: of the rounds before.
+        criteria: of the decision.
+    """
+    for other in (c.chosen.candidate for c in choices if c.chosen is not None):
+        common = any(c.effect is not None and c.effect.common for c in (own, other))
+        same = (own.component, own.depends_on) == (other.component, other.depends_on)
+        if same and not common:
+            return 1.0 - criteria.share
+    return criteria.neighbour
 
 
 def _ids(choices: Sequence[Choice]) -> set[str]:
