@@ -215,10 +215,12 @@ def test_a_second_name_has_the_probability_of_its_own_round():
     assert odds == pytest.approx(np.e, rel=1e-6)
 
 
-def test_a_name_whose_size_may_be_none_is_rejected():
+@pytest.mark.parametrize(("without", "names"), [(90.0, []), (20.0, ["quadratic_drag"])])
+def test_a_name_whose_size_may_be_none_is_rejected(monkeypatch, without, names):
+    """Unless the best fit without it is much less likely: then no parabola tells its size."""
+    bare = fit_of(without, 0.0)
+    monkeypatch.setattr(evidence, "best_without", lambda setting, fit, place: bare)
     vague = fit_of(100.0, 50.0, named("quadratic_drag"))
     vague.information = 1e-5 * vague.information
-    named_one, _ = decision([fit_of(100.0, 50.0, named("quadratic_drag"))])
-    rejected, _ = decision([vague])
-    assert named_one == ["quadratic_drag"]
-    assert rejected == []
+    assert decision([fit_of(100.0, 50.0, named("quadratic_drag"))])[0] == ["quadratic_drag"]
+    assert decision([vague])[0] == names

@@ -50,6 +50,9 @@ def test_the_share_is_of_what_noise_does_not_give():
     assert explained_share(11.0, 6.0, 1.0) == pytest.approx(0.5)
     # Hardly more than noise: nothing is told.
     assert explained_share(1.5, 1.4, 1.0) == 1.0
+    assert explained_share(1.5, 2.9, 1.0) == 1.0
+    # A name with which they err far more than noise and the rig alone is none all the same.
+    assert explained_share(1.5, 6.0, 1.0) == pytest.approx(-3.0)
     assert explained_share(4.0, 5.0) == pytest.approx(-0.25)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drill_env.diagnosis.intervals import sized
+from drill_env.diagnosis.intervals import numbers_of, sized
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 
@@ -33,3 +33,12 @@ def fitted(name: str, q: list[float], deviations: list[float]) -> tuple[Any, Ter
 )
 def test_a_size_whose_interval_holds_zero_is_none(name, q, deviations, has_size):
     assert sized(*fitted(name, q, deviations)) is has_size
+
+
+def test_a_number_that_is_never_negative_has_no_negative_interval():
+    """Of a lognormal the 95 % lie within exp(1.96 s) of the median."""
+    wide = numbers_of(*fitted("quadratic_drag", [1e-4], [1e-4]))["coefficient"]
+    assert wide.low == pytest.approx(1e-4 * np.exp(-1.959964), rel=0.02)
+    assert wide.high == pytest.approx(1e-4 * np.exp(1.959964), rel=0.02)
+    narrow = numbers_of(*fitted("quadratic_drag", [1e-4], [1e-5]))["coefficient"]
+    assert narrow.high - 1e-4 == pytest.approx(1e-4 - narrow.low)

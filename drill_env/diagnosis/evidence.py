@@ -22,6 +22,7 @@ from drill_env.diagnosis.intervals import sized
 from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.lost_counts import LostCounts
 from drill_env.diagnosis.probability import UNLISTED
+from drill_env.diagnosis.rivals import best_without
 from drill_env.diagnosis.rounds import Attempt, Found, Round, at_range_end, is_named, place_of
 from drill_env.diagnosis.strikes import Once
 from drill_env.diagnosis.terms import Named, Term
@@ -115,7 +116,7 @@ def decided(
         found = replace(found, rounds=(first, *found.rounds[1:]))
     if not judge.borne(found.base, final):
         return _contradicted(found, final, criteria), table
-    return replace(found, final=final if sized(final, final.terms[0]) else found.base), table
+    return replace(found, final=final if judge.has_size(final, 0) else found.base), table
 
 
 def listing(criteria: Criteria) -> Criteria:
@@ -230,7 +231,7 @@ class _Judge:
             whole: evidence for the first of them, nats.
         """
         told, last = 0.5 * (here.bic - step.bic), step.terms[-1]
-        if at_range_end(last) or not sized(step, last):
+        if at_range_end(last) or not self.has_size(step, len(step.terms) - 1):
             return False
         least = self.criteria.evidence
         if last.id not in [t.id for t in here.terms]:
@@ -240,6 +241,13 @@ class _Judge:
         gains = self.blocks(step) - self.blocks(here)
         clear = z_of(gains, self.marks()) >= self.criteria.z
         return clear and told + float(gains.sum()) > least
+
+    def has_size(self, fit: Fit, place: int) -> bool:
+        """Whether a term is there: by its size's deviation or else by the best fit without it."""
+        if sized(fit, fit.terms[place]):
+            return True
+        fewer = best_without(self.setting, fit, place)
+        return 0.5 * (fewer.bic - fit.bic) > self.criteria.evidence
 
     def borne(self, base: Fit, final: Fit) -> bool:
         """Whether unseen readings are more probable with all names than under the rig alone.

@@ -38,10 +38,14 @@ def explained_share(before: float, after: float, floor: float = 0.0) -> float:
         floor: what noise gives.
 
     Returns:
-        1 where the rig alone errs little more than noise lets it, so that nothing is told.
+        1 where the rig alone errs little more than noise lets it, so that nothing is told unless
+        what was found errs far more.
     """
-    if not before > ALIKE * floor or not math.isfinite(after):
+    if not math.isfinite(after):
         return 1.0
+    if not before > ALIKE * floor:
+        worse = after > ALIKE * max(before, floor)
+        return 1.0 - after / max(before, floor) if worse else 1.0
     return 1.0 - max(after - floor, 0.0) / (before - floor)
 
 

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from drill_env._types import FloatArray
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.result import Change, Number
 from drill_env.diagnosis.terms import Named, Shape, Term
@@ -13,6 +14,8 @@ from drill_env.identification.coordinates import inverse
 from drill_env.parameters import Rig
 
 Z_95 = 1.959964
+# Logarithm beyond which a ratio tells nothing any more.
+_MOST_LOG = 50.0
 
 
 def numbers_of(fit: Fit, term: Term, scale: float = 0.0) -> dict[str, Number]:
@@ -25,23 +28,36 @@ def numbers_of(fit: Fit, term: Term, scale: float = 0.0) -> dict[str, Number]:
     """
     if isinstance(term.source, Shape):
         return {}
-    covariance = inverse(fit.information)
+    out = {}
+    deviations = _deviations(fit, term).tolist()
+    for p, value, s in zip(term.source.effect.parameters, term.q.tolist(), deviations, strict=True):
+        s = math.hypot(s, scale * value) if "Nm" in p.unit else s
+        s = math.hypot(s, p.form * value) if p.role != "phase" else s
+        low, high = value - Z_95 * s, value + Z_95 * s
+        if low <= 0.0 <= p.low < value:
+            # What is never negative is normal in its logarithm rather than in itself.
+            ratio = math.exp(min(Z_95 * s / value, _MOST_LOG))
+            low, high = value / ratio, value * ratio
+        out[p.name] = Number(value, low, high, p.unit)
+    return out
+
+
+def _deviations(fit: Fit, term: Term) -> FloatArray:
+    """Standard deviations of a term's numbers in a fit."""
     place = len(fit.vector)
     for other in fit.terms:
         if other is term:
             break
         place += len(other.q)
-    deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))[place : place + len(term.q)]
-    out = {}
-    for p, value, s in zip(term.source.effect.parameters, term.q, deviation, strict=True):
-        s = math.hypot(s, scale * value) if "Nm" in p.unit else s
-        s = math.hypot(s, p.form * value) if p.role != "phase" else s
-        out[p.name] = Number(float(value), float(value - Z_95 * s), float(value + Z_95 * s), p.unit)
-    return out
+    variances = np.diag(inverse(fit.information))[place : place + len(term.q)]
+    return np.sqrt(np.maximum(variances, 0.0))
 
 
 def sized(fit: Fit, term: Term) -> bool:
-    """Whether no size of a named term has an interval that holds 0; a torque of none is no cause.
+    """Whether every size of a named term is above 0 by its standard deviation.
+
+    Where none is, the likelihood without the term still may tell that there is one: far from a
+    peak that no number determines it is not what the deviation says.
 
     Args:
         fit: with the term.
@@ -49,9 +65,9 @@ def sized(fit: Fit, term: Term) -> bool:
     """
     if not isinstance(term.source, Named):
         return True
-    numbers = numbers_of(fit, term)
-    sizes = [numbers[p.name] for p in term.source.effect.parameters if p.role == "amplitude"]
-    return not any(size.low <= 0.0 <= size.high for size in sizes)
+    pairs = zip(term.source.effect.parameters, term.q, _deviations(fit, term), strict=True)
+    sizes = [(abs(value), s) for p, value, s in pairs if p.role == "amplitude"]
+    return all(value > Z_95 * s for value, s in sizes)
 
 
 def changes(

@@ -40,7 +40,7 @@ def against_rivals(setting: Setting, fit: Fit, rounds: Sequence[Round]) -> tuple
     """
     last = len(fit.terms) - 1
     for place in range(last):
-        fewer = _without(setting, fit, place)
+        fewer = best_without(setting, fit, place)
         if fewer.bic - fit.bic < NEEDED:
             return fewer, list(rounds)
         present = {t.id for t in fit.terms}
@@ -63,7 +63,7 @@ def against_rivals(setting: Setting, fit: Fit, rounds: Sequence[Round]) -> tuple
             fit = polished(setting, best)
     if last < 1:
         return fit, list(rounds)
-    fewer = _without(setting, fit, last)
+    fewer = best_without(setting, fit, last)
     if fewer.bic - fit.bic < NEEDED:
         return fewer, list(rounds)
     return fit, [_gone_on(setting, found, fewer) for found in rounds]
@@ -149,7 +149,13 @@ def with_rival_shape(setting: Setting, found: Round, best: Fit) -> Round:
     return replace(found, shapes=tuple(best_of_each([there, *others])))
 
 
-def _without(setting: Setting, fit: Fit, place: int) -> Fit:
-    """The best fit near, with one term fewer."""
+def best_without(setting: Setting, fit: Fit, place: int) -> Fit:
+    """The best fit near, with one term fewer.
+
+    Args:
+        setting: recordings and free parameters.
+        fit: with the terms.
+        place: of the term that goes.
+    """
     start = without(setting, fit, place)
     return descend_jointly(setting, start, limit=_TRY_ROUNDS, enough=1.0, only=None)
