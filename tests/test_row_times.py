@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from drill_env.diagnosis.rounds import Attempt
 from drill_env.diagnosis.row_times import of_row_times
 from drill_env.diagnosis.shapes import free_shapes
 from drill_env.diagnosis.terms import Term
@@ -29,6 +30,11 @@ SHAPES = shapes()
 DRIVEN = RIG.km / RIG.Ju
 
 
+def attempt(shape: Any, error: Any, gain: float) -> Attempt:
+    fit: Any = SimpleNamespace(rig=RIG)
+    return Attempt(fit, Term(shape, error(np.array(shape.knots))), gain, gain)
+
+
 @pytest.mark.parametrize(
     ("name", "error", "told"),
     [
@@ -47,5 +53,11 @@ DRIVEN = RIG.km / RIG.Ju
 )
 def test_what_a_shift_within_an_interval_makes_of_a_reading(name: str, error: Any, told: bool):
     shape = SHAPES[name]
-    term = Term(shape, error(np.array(shape.knots)))
-    assert of_row_times(term, RIG, SAMPLES) is told
+    assert of_row_times(attempt(shape, error, 1000.0), SAMPLES) is told
+
+
+@pytest.mark.parametrize(("gain", "told"), [(60.0, True), (600.0, False)])
+def test_what_is_left_beside_the_line_may_be_asked_for(gain: float, told: bool):
+    """Of an encoder's play, a step where it turns, a line through it explains most."""
+    shape = SHAPES["error_l_of_omega_l"]
+    assert of_row_times(attempt(shape, lambda w: 0.005 * np.sign(w), gain), SAMPLES) is told

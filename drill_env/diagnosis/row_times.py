@@ -10,33 +10,27 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from drill_env.diagnosis.terms import Shape, Term
+from drill_env.diagnosis.rounds import BELIEVED, Attempt
+from drill_env.diagnosis.terms import Shape
 from drill_env.identification.samples import Samples
-from drill_env.parameters import Rig
-from drill_env.prediction.criteria import Criteria
 
 # Coordinates of a disc's error that its time makes: its speed, and what accelerates it.
 _BY_SPEED = (("error_u", "omega_u"), ("error_l", "omega_l"))
 _BY_DRIVE = ("error_u", "voltage")
 
 
-def of_row_times(
-    term: Term, rig: Rig, samples: Sequence[Samples], criteria: Criteria | None = None
-) -> bool:
+def of_row_times(attempt: Attempt, samples: Sequence[Samples]) -> bool:
     """Whether a free shape of a reading is what a shift within a sampling interval makes of it.
 
     A shift d adds d times the speed and, as the drive acts from one row to the next, up to
-    d^2 / 2 times the acceleration that it gives. The shape stands for that if a straight line of
-    no larger slope explains the share of it that a name must explain of a curve.
+    d^2 / 2 times the acceleration that it gives: a straight line. The shape is that if its line is
+    no steeper, and the rest, which gains its share of the squares, is not asked for by itself.
 
     Args:
-        term: of a fit.
-        rig: of the fit.
+        attempt: with the shape.
         samples: of the recordings.
-        criteria: of the decision.
     """
-    share = (criteria or Criteria()).share
-    source = term.source
+    source, rig = attempt.term.source, attempt.fit.rig
     if not isinstance(source, Shape) or source.sort != "error":
         return False
     interval = max(s.recording.interval for s in samples)
@@ -47,7 +41,8 @@ def of_row_times(
         most = 0.5 * interval**2 * rig.km / rig.Ju
     else:
         return False
-    knots, values = np.array(source.knots), source.bounded(term.q)
+    knots, values = np.array(source.knots), source.bounded(attempt.term.q)
     slope = np.polyfit(knots, values, 1)[0]
     rest = values - values.mean() - slope * (knots - knots.mean())
-    return bool(abs(slope) <= most and np.var(rest) <= (1.0 - share) * np.var(values))
+    asked = attempt.gain * float(np.var(rest)) > BELIEVED * float(np.var(values))
+    return bool(abs(slope) <= most) and not asked

@@ -92,7 +92,7 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
         done = sorted([*done, *tightened(setting, fit, done, noise)], key=lambda a: -a.gain)
     done = [a for a in best_of_each(done) if not faint(a.term, a.gain)]
     done = [a for a in done if not broken_counts(a.term, setting.samples)]
-    done = [a for a in done if not of_row_times(a.term, a.fit.rig, setting.samples)]
+    done = [a for a in done if not of_row_times(a, setting.samples)]
     return Round(
         fit, tuple(score for kind in scores for score in kind),
         tuple(a for a in done if is_named(a.term) and not at_its_limit(a, done)),

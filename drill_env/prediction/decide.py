@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -12,6 +13,9 @@ from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.fit import Fit, fit
 from drill_env.prediction.rule import NO_GRADES, Entrant, Grades, chosen
 from drill_env.prediction.search import Fold, Round, Tried, begun_anew, searched, without_first
+
+# False alarms that are accepted, as in `Criteria.evidence` and `Criteria.z`.
+_CHANCE = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,6 +69,20 @@ class Explained:
         return any(c.chosen is not None for c in self.choices)
 
 
+def beyond_chance(tried: int, criteria: Criteria) -> float:
+    """Gain, nats, that none of the candidates of a search at all horizons comes to by chance.
+
+    That the unseen are so many times likelier under a wrong model has no larger probability than
+    one over that many (Ville; Gruenwald, de Heide and Koolen, JRSS B 86, 2024). So of all that are
+    tried one search in twenty is wrong beyond what predicts alike.
+
+    Args:
+        tried: candidates that are judged.
+        criteria: of the decision.
+    """
+    return criteria.gain + math.log(max(tried, 1) * len(criteria.horizons) / _CHANCE)
+
+
 def decided(found: Round, criteria: Criteria) -> Choice:
     """Choose among what a round tried by the rule, see `rule.chosen`.
 
@@ -72,7 +90,8 @@ def decided(found: Round, criteria: Criteria) -> Choice:
         found: the round.
         criteria: of the decision.
     """
-    told = chosen([_entrant(t) for t in (*found.names, *found.shapes)], criteria)
+    entrants = [_entrant(t) for t in (*found.names, *found.shapes)]
+    told = chosen(entrants, replace(criteria, gain=beyond_chance(len(entrants), criteria)))
     names, shapes = (
         tuple(_weighted(t, told.weights.get(t.candidate.id, 0.0)) for t in group)
         for group in (found.names, found.shapes)
