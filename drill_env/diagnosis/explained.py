@@ -22,11 +22,10 @@ from drill_env.diagnosis.rounds import Found, is_named
 from drill_env.diagnosis.strikes import Once
 from drill_env.diagnosis.terms import Named
 from drill_env.prediction.criteria import Criteria
+from drill_env.prediction.noise import ALIKE
 
 CONFIDENT = 1.96
 """Standard errors of a share that hold 95 % of a normal."""
-ALIKE = 2.0
-"""Mean squares of a draw and of an error that differ by less than this factor may be alike."""
 
 
 def explained_share(before: float, after: float, floor: float = 0.0) -> float:

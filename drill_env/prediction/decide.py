@@ -11,6 +11,7 @@ from drill_env.prediction.candidate import Candidate
 from drill_env.prediction.compare import listed
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.fit import Fit, fit
+from drill_env.prediction.noise import is_noise
 from drill_env.prediction.rule import NO_GRADES, Entrant, Grades, chosen
 from drill_env.prediction.search import Fold, Round, Tried, begun_anew, searched, without_first
 
@@ -130,6 +131,8 @@ def explained(
     report("fitting the rig alone")
     folds, here = begun_anew(folds, tuple(fit(f.setting, f.setting.centre) for f in folds))
     alone, choices, taken = here[0], list[Choice](), set[str]()
+    if is_noise([(b, f.unseen) for b, f in zip(here, folds, strict=True)]):
+        return Explained(choices, alone, here, folds)
     while len(choices) < most:
         if choices and report("looking for more"):
             break
