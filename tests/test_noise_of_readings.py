@@ -13,7 +13,7 @@ from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.identification.equation_error import with_integrals
 from drill_env.identification.samples import prepare
 from drill_env.integrator import sampled_voltage, simulate
-from drill_env.prediction.noise import deviation_of, drawn_noise, is_noise
+from drill_env.prediction.noise import drawn_noise, is_noise
 from drill_env.recordings import Recording
 
 LONE = Rig.one_inertia(km=0.3, Ju=0.02, Tsu=0.03, dTsu=0.0, bu=0.03, dbu=0.0)
@@ -29,15 +29,6 @@ def by_tachometer(rig: Rig, noise: float, seed: int) -> Recording:
     run = simulate(rig, sampled_voltage(t, u), t[-1], t_eval=t, method="dopri5", rtol=1e-8)
     speed = np.asarray(run.state[:, 1] + noise * rng.standard_normal(len(t)), dtype=np.float64)
     return Recording(t=t, u=u, omega_u=speed, source=f"run-{seed}.csv")
-
-
-def test_white_noise_on_something_smooth_is_told_by_its_differences():
-    t = np.linspace(0.0, 20.0, 4001)
-    noise = np.random.default_rng(1).normal(0.0, 2e-3, len(t))
-    assert deviation_of(3.0 * np.sin(5.0 * t) + noise) == pytest.approx(2e-3, rel=0.06)
-    spoilt = 3.0 * np.sin(5.0 * t) + noise
-    spoilt[::50] = np.nan
-    assert deviation_of(spoilt) == pytest.approx(2e-3, rel=0.1)
 
 
 def test_the_noise_of_a_speed_adds_up_in_its_integral():

@@ -15,17 +15,13 @@ import numpy as np
 
 from drill_env._types import FloatArray
 from drill_env.identification.equation_error import with_integrals
+from drill_env.identification.noise import shiver
 from drill_env.identification.samples import Samples
 from drill_env.prediction.cut import Cut
 from drill_env.prediction.fit import Fit
 
 ALIKE = 2.0
 """Mean squares of a draw and of an error that differ by less than this factor may be alike."""
-
-# Orders of differences; each leaves of smooth motion less than the one before.
-_ORDERS = (3, 4, 5)
-# Deviation of a normal variable over its median size.
-_MEDIAN = 1.4826
 
 
 def is_noise(pairs: Sequence[tuple[Fit, Sequence[Cut]]], seed: int = 0) -> bool:
@@ -70,26 +66,11 @@ def drawn_noise(samples: Samples, rng: np.random.Generator) -> FloatArray:
     recording, t = samples.recording, samples.t
     normal = rng.standard_normal(len(t))
     if _is_integral(samples) and recording.omega_u is not None:
-        held = deviation_of(recording.omega_u) * normal
+        held = shiver(recording.omega_u) * normal
         steps = 0.5 * (held[1:] + held[:-1]) * np.diff(t)
         return np.append(0.0, np.cumsum(steps))
     rounding = recording.quanta.get("theta_u", 0.0) / math.sqrt(12.0)
-    return max(deviation_of(samples.angles[:, 0]), rounding) * normal
-
-
-def deviation_of(read: FloatArray) -> float:
-    """Standard deviation of white noise on something smooth, by its differences.
-
-    Args:
-        read: values, NaN where none was read, shape (n,).
-    """
-    found = []
-    for order in _ORDERS:
-        steps = np.diff(read, order)
-        steps = np.abs(steps[np.isfinite(steps)])
-        size = float(np.median(steps)) if len(steps) else 0.0
-        found.append(_MEDIAN * size / math.sqrt(math.comb(2 * order, order)))
-    return min(found)
+    return max(shiver(samples.angles[:, 0]), rounding) * normal
 
 
 def _is_integral(samples: Samples) -> bool:
