@@ -9,7 +9,8 @@ import pandas as pd
 import pytest
 
 from drill_env import InputError
-from drill_env.recordings import RecordingWarning, read_folder, read_recording
+from drill_env.cli._recordings import read_set
+from drill_env.recordings import RecordingWarning, parse_map, read_folder, read_recording
 
 STEP = 2 * np.pi / 8192
 
@@ -183,3 +184,22 @@ def test_irregular_sampling_is_read_as_it_is(tmp_path):
     np.testing.assert_array_equal(recording.t, c["t"][kept])
     np.testing.assert_array_equal(recording.theta_l, c["theta_l"][kept])
     assert list(recording.quanta.values()) == pytest.approx([STEP, STEP], rel=1e-6)
+
+
+MAP = ("t=ms:ms", "u=drive", "theta_u=top:counts/8192", "theta_l=bottom:deg")
+
+
+def test_one_map_names_the_columns_of_a_folder_without_a_manifest(folder):
+    (folder / "c.csv").rename(folder / "hold.csv")
+    with pytest.warns(RecordingWarning, match="1 holdout"):
+        found = read_set([folder], MAP)
+    assert [len(found.fit), len(found.holdout)] == [3, 1]
+    expected = columns(3)
+    assert found.holdout[0].t == pytest.approx(expected["t"], abs=1e-9)
+    assert found.holdout[0].theta_u == pytest.approx(expected["theta_u"], abs=1e-9)
+
+
+def test_a_manifest_and_a_map_are_not_mixed(folder):
+    (folder / "recordings.toml").write_text(MANIFEST)
+    with pytest.raises(InputError, match="put what --map says under columns"):
+        read_folder(folder, columns=parse_map(MAP))

@@ -24,7 +24,7 @@ def read_set(
 
     Args:
         fit: files to fit, or one folder that says itself what each file is for.
-        mapping: column maps, for files.
+        mapping: column maps, for files or a folder without a manifest.
         holdout: files to judge by.
         stage1: files of the upper disc alone.
 
@@ -34,10 +34,10 @@ def read_set(
     from drill_env.recordings import RecordingSet, parse_map, read_folder, read_recording
 
     if len(fit) == 1 and fit[0].is_dir():
-        for option, given in (("--map", mapping), ("--holdout", holdout), ("--stage1", stage1)):
+        for option, given in (("--holdout", holdout), ("--stage1", stage1)):
             if given:
                 raise InputError(f"{option} does not go with a folder: use recordings.toml there")
-        found = read_folder(fit[0])
+        found = read_folder(fit[0], columns=parse_map(mapping))
     else:
         _check_once([*stage1, *fit, *holdout])
         columns = parse_map(mapping)

@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 from drill_env._errors import InputError, printable
 from drill_env._types import PathLike
-from drill_env.recordings.columns import listed, missing_text
+from drill_env.recordings.columns import Channel, listed, missing_text
 from drill_env.recordings.dates import date_of
 from drill_env.recordings.files import read_files
 from drill_env.recordings.manifest_entries import (
@@ -55,7 +55,11 @@ class RecordingSet:
         return self.settings.get(recording.source, RecordingSettings())
 
 
-def read_folder(path: PathLike, progress: Callable[[int, int], None] | None = None) -> RecordingSet:
+def read_folder(
+    path: PathLike,
+    progress: Callable[[int, int], None] | None = None,
+    columns: Mapping[Channel, str] | None = None,
+) -> RecordingSet:
     """Read every recording that the folder's `recordings.toml` names.
 
     Without a manifest files named stage1*, fit* or hold* have that role and all others are
@@ -64,16 +68,23 @@ def read_folder(path: PathLike, progress: Callable[[int, int], None] | None = No
     Args:
         path: the folder, or its manifest.
         progress: called with the number of files read so far and in all.
+        columns: of all files of a folder without a manifest, as `parse_map` gives them.
 
     Raises:
-        InputError: a key, role, unit or file of the manifest is bad, or a recording is.
+        InputError: a key, role, unit or file of the manifest is bad, or a recording is; or there
+            are `columns` beside a manifest.
     """
     path = Path(path)
     folder = path.parent if path.name == MANIFEST else path
     if not folder.is_dir():
         raise InputError(f"{folder}: no such folder; give a folder of recordings")
     manifest = folder / MANIFEST
-    settings = from_manifest(manifest) if manifest.is_file() else _from_names(folder)
+    if manifest.is_file():
+        if columns:
+            raise InputError(f"{manifest} is there: put what --map says under columns in it")
+        settings = from_manifest(manifest)
+    else:
+        settings = _from_names(folder, columns or {})
     groups: dict[Role, list[Recording]] = {role: [] for role in ROLES}
     for number, (file, entry) in enumerate(settings.items(), 1):
         groups[entry.role].append(_read(file, entry))
@@ -105,7 +116,7 @@ def _read(file: Path, entry: RecordingSettings) -> Recording:
     return recording
 
 
-def _from_names(folder: Path) -> dict[Path, RecordingSettings]:
+def _from_names(folder: Path, columns: Mapping[Channel, str]) -> dict[Path, RecordingSettings]:
     files = sorted(f for f in folder.iterdir() if f.name.lower().endswith(_KINDS) and shown(f))
     if not files:
         raise InputError(
@@ -119,7 +130,8 @@ def _from_names(folder: Path) -> dict[Path, RecordingSettings]:
         f"hold*; fit otherwise): {counts}"
     )
     warnings.warn(RecordingWarning("no_manifest", text), stacklevel=3)
-    return {f: RecordingSettings(role, date=date_of(f.name)) for f, role in roles.items()}
+    names: dict[str, str] = {**columns}
+    return {f: RecordingSettings(role, names, date=date_of(f.name)) for f, role in roles.items()}
 
 
 def _role_by_name(name: str) -> Role:
