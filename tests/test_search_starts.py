@@ -14,6 +14,7 @@ from drill_env.diagnosis.fit_changes import added
 from drill_env.diagnosis.grid_starts import descended, has_peaks
 from drill_env.diagnosis.joint import descend_until, polished
 from drill_env.diagnosis.linearised import linearised_at
+from drill_env.diagnosis.scan import best_point
 from drill_env.diagnosis.stiction_starts import best_at_rest
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
@@ -83,3 +84,19 @@ def test_no_descent_begins_where_the_filter_breaks_down():
     setting, base = setting_of(*recorded("string_inertia", (0.88, 0.075), "sines"))
     broken = replace(base, value=math.inf, gradient=np.full_like(base.gradient, np.nan))
     assert descend_until(setting, broken, limit=3, enough=1.0, only=None) == (broken, True)
+
+
+def test_a_score_is_the_gain_of_a_newton_step_of_the_fit():
+    # Beside a second spring from so small a twist the string could take back what that does: but
+    # for what was believed of the string, the two grow against each other as far as they like.
+    setting, base = setting_of(*recorded("string_second_spring", (0.2, 1.0), "random steps"))
+    source = Named(LIBRARY["string_second_spring"])
+    scored = best_point(linearised_at(setting, base), source, [np.array([0.005, 0.01])])
+    assert scored is not None
+    fit = added(setting, base, Term(source, np.array([0.0, 0.01])))
+    rig = len(setting.coordinates.free)
+    g, h = fit.gradient[: rig + 1], fit.information[: rig + 1, : rig + 1]
+    step = np.linalg.solve(h, g)
+    alone = g[:rig] @ np.linalg.solve(h[:rig, :rig], g[:rig])
+    assert scored.gain == pytest.approx(g @ step - alone, rel=0.02)
+    assert scored.term.q[0] == pytest.approx(step[-1], rel=0.02)

@@ -10,7 +10,7 @@ import numpy as np
 from drill_env._types import FloatArray
 from drill_env.diagnosis.applied import with_terms
 from drill_env.diagnosis.extended import THREADS, whitened
-from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.fit import Fit, Setting, prior
 from drill_env.effects.along import Motion
 from drill_env.identification.coordinates import solved
 from drill_env.identification.prediction_error import Path, path_of
@@ -53,7 +53,8 @@ class Linearised:
         setting: recordings and parameters.
         fit: the fit.
         known: of each recording.
-        cross: inverse information of the shared directions, shape (m, m).
+        cross: inverse information of the shared directions with what was believed of them before,
+            shape (m, m).
         dispersion: mean square of the standardised innovations.
         pull: per recording the slopes of the likelihood by torques, shape (n, 2).
     """
@@ -104,7 +105,9 @@ def linearised_at(setting: Setting, fit: Fit) -> Linearised:
         found = list(pool.map(known, jobs))
     parts = tuple(k for k, _ in found)
     m = len(fit.gradient)
-    information = sum(k.nuisance[:, :m].T @ k.nuisance[:, :m] for k in parts)
+    # As in the fit itself: else scores grow by what rigs do that nobody believes in.
+    information = np.diag(prior(setting, fit.vector, fit.terms)[0])
+    information = information + sum(k.nuisance[:, :m].T @ k.nuisance[:, :m] for k in parts)
     scale = 1.0 / np.sqrt(np.where(np.diag(information) > 0.0, np.diag(information), 1.0))
     scaled = information * np.outer(scale, scale) + 1e-9 * np.eye(m)
     cross = solved(scaled, np.eye(m)) * np.outer(scale, scale)

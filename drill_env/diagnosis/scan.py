@@ -83,7 +83,10 @@ def _moments(
     with ThreadPoolExecutor(THREADS) as pool:
         parts = list(pool.map(one, told))
     score, information, shared = (np.sum([p[i] for p in parts], axis=0) / share for i in range(3))
-    return score, information - shared.T @ linearised.cross @ shared, np.diag(information)
+    # What a step of the known directions alone would still gain is no candidate's.
+    along = shared.T @ linearised.cross
+    score = score - along @ linearised.fit.gradient
+    return score, information - along @ shared, np.diag(information)
 
 
 def _columns(term: Term, rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
