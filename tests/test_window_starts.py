@@ -69,6 +69,21 @@ def test_angle_and_speed_at_a_start_err_as_a_parabola_through_noise_does(width):
     np.testing.assert_allclose(sizes, [angle, speed], rtol=0.25)
 
 
+def test_readings_of_an_encoder_far_off_centre_are_predicted_as_those_of_a_true_one():
+    eccentricity = {"id": "encoder_eccentricity_upper", "error": 0.05, "phase": 0.9}
+    rigs, sizes = (AXIS, AXIS.replace(effects=(eccentricity,))), []
+    for seed in range(3):
+        run, truth = axis_run(seed)
+        off = 0.05 * np.cos(truth[:, 0] + 0.9)
+        for rig, error in zip(rigs, (0.0, off), strict=True):
+            found = windows_of(replace(run, theta_u=np.asarray(run.theta_u) + error))
+            sizes.append(found.begun(0.15, AXIS, 0.0).errors(rig, 0.0)[..., 0])
+    true, wrong = (np.concatenate(sizes[i::2]) for i in (0, 1))
+    # The same noise; the third power of 0.05 is left.
+    np.testing.assert_allclose(wrong, true, atol=2.0 * 0.05**3)
+    np.testing.assert_allclose(np.std(wrong, axis=0), np.std(true, axis=0), rtol=0.1)
+
+
 def test_a_missing_reading_is_no_reading():
     run, truth = axis_run(1)
     angles = np.asarray(run.theta_u).copy()
@@ -113,6 +128,8 @@ def test_of_two_effects_each_is_chosen_beside_the_other():
     assert share_removed(found.before, found.before, cuts) == pytest.approx(0.0)
     one = found.choices[0].found.before[0]
     assert 0.0 < share_removed(found.before, one, cuts) < 0.8
+    # Where nothing was predictable before, what a name leaves is of its own making.
+    assert share_removed(found.after, found.before, cuts) == 0.0
 
 
 def test_two_names_that_differ_in_one_recording_alone_are_not_told_apart():

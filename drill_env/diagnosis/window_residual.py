@@ -31,12 +31,13 @@ def share_removed(before: Fit, after: Fit, cuts: Sequence[Cut]) -> float:
         cuts: all recordings.
 
     Returns:
-        1 where hardly anything of it is predictable after.
+        1 where hardly anything of it is predictable after, 0 where no less is.
     """
     share, square = _predictable(after, cuts)
     if share < PREDICTABLE:
         return 1.0
-    return 1.0 - square / max(_predictable(before, cuts)[1], 1e-300)
+    whole = _predictable(before, cuts)[1]
+    return 1.0 - square / whole if square < whole else 0.0
 
 
 def left_predictable(fit: Fit, cuts: Sequence[Cut]) -> dict[str, Any]:
