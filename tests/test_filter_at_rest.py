@@ -53,10 +53,15 @@ def term_of(name: str) -> Term:
 def played(name: str, family: str = "chirp", numbers: tuple[float, ...] | None = None) -> Samples:
     """A recording of the paper's rig with an effect, with rests and reversals."""
     numbers = numbers or NUMBERS[name]
+    names = [p.name for p in LIBRARY[name].parameters]
+    effect = {"id": name, **dict(zip(names, numbers, strict=True))}
+    return played_of(Rig(effects=(effect,)), family)
+
+
+def played_of(rig: Rig, family: str) -> Samples:
+    """A recording of a rig, prepared for the paper's."""
     u = signal(family, np.random.default_rng(3), plant_record(PAPER))
     t = 5e-3 * np.arange(len(u))
-    names = [p.name for p in LIBRARY[name].parameters]
-    rig = Rig(effects=({"id": name, **dict(zip(names, numbers, strict=True))},))
     angles = run_played(rig, t, u, np.zeros(4))[1]
     angles = np.round(angles / QUANTUM) * QUANTUM
     quanta = dict.fromkeys(("theta_u", "theta_l"), QUANTUM)

@@ -42,3 +42,18 @@ def test_what_has_more_numbers_or_others_is_no_plain_resonance():
 
     assert resonates(term("string_inertia"))
     assert not any(resonates(term(n)) for n in LIBRARY if n != "string_inertia")
+
+
+def test_a_resonance_as_wide_as_the_walk_has_one_peak():
+    # At half of critical damping it dies out within its period: from either end of the walk a
+    # descent comes to the same value, and none is walked.
+    mode = Hidden("string_damping", {"damping": 1e-4})
+    setting, base = base_fit([prepare(made(Rig(), (mode,), (1,)), Rig())], Rig(), FREE)
+    starts = [
+        added(setting, base, Term(Named(LIBRARY["string_inertia"]), np.array([20.0 * share, 0.5])))
+        for share in (math.exp(-0.4), 1.0, math.exp(0.4))
+    ]
+    ends = [descend_jointly(setting, start, limit=15, enough=0.5).value for start in starts]
+    assert ends[0] == pytest.approx(ends[1], abs=2.0)
+    assert ends[2] == pytest.approx(ends[1], abs=2.0)
+    assert retuned(setting, starts[1]) is starts[1]

@@ -64,6 +64,7 @@ class Round:
         shapes: attempts with free shapes, best first.
         weights: probability of each attempt that all recordings ask for, once they were asked.
         later: the same terms as before, carried on as far as what was found beside them.
+        complete: whether all that had promise was tried before the time was over.
     """
 
     before: Fit
@@ -72,6 +73,7 @@ class Round:
     shapes: tuple[Attempt, ...]
     weights: dict[str, float] = field(default_factory=dict)
     later: Fit | None = None
+    complete: bool = True
 
     @property
     def best(self) -> Attempt | None:
@@ -130,10 +132,13 @@ def is_named(term: Term) -> bool:
 
 def nameless(found: Round) -> bool:
     """Whether a free shape explains clearly more than any name."""
-    if not found.shapes:
-        return False
-    shape = found.shapes[0].criterion
-    name = found.named[0].criterion if found.named else 0.0
+    return shape_leads((*found.named, *found.shapes))
+
+
+def shape_leads(done: Sequence[Attempt]) -> bool:
+    """Whether the best of the free shapes explains clearly more than the best of the names."""
+    shape = max((a.criterion for a in done if not is_named(a.term)), default=0.0)
+    name = max((a.criterion for a in done if is_named(a.term)), default=0.0)
     return shape > NEEDED and shape > name + clearly(name)
 
 

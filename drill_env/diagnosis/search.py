@@ -39,6 +39,7 @@ from drill_env.diagnosis.rounds import (
     at_its_limit,
     is_named,
     nameless,
+    shape_leads,
 )
 from drill_env.diagnosis.row_times import of_row_times
 from drill_env.diagnosis.scan import Scored, score_effects, score_shapes
@@ -84,8 +85,10 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
         done.append(carried_on(setting, fit, start, FIRST_ROUNDS))
     done = heated(setting, fit, done, TORQUES if noise else SIZES, report)
     done = settled_within(setting, fit, done, TORQUES if noise else SIZES)
-    asked = peaked if _left_unusual(setting, fit, done) else confused_with(done, peaked)
+    unknown = _left_unusual(setting, fit, done) or shape_leads(done)
+    asked = peaked if unknown else confused_with(done, peaked)
     done = descended(linearised, asked, done, report)
+    complete = not report("comparing what was tried")
     done = with_resonances_retuned(setting, fit, done)
     tight = bool(noise) and _left_unusual(setting, fit, done)
     if tight and not report("trying with the usual noise"):
@@ -96,7 +99,7 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     return Round(
         fit, tuple(score for kind in scores for score in kind),
         tuple(a for a in done if is_named(a.term) and not at_its_limit(a, done)),
-        tuple(a for a in done if not is_named(a.term)),
+        tuple(a for a in done if not is_named(a.term)), complete=complete,
     )  # fmt: skip
 
 
@@ -228,7 +231,9 @@ def _sought(
         if rounds and report("looking for more"):
             break
         found = search(setting, here, effects, report)
-        if rounds and report("choosing"):
+        if rounds:
+            report("choosing")
+        if rounds and not found.complete:
             # Beside a name another is a claim too many while not everything was tried.
             break
         if not rounds:

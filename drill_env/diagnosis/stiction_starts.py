@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +24,7 @@ from drill_env.diagnosis.terms import Named, Term
 # Least size of an amplitude, in usual ones, and the factor from one to the next: no further apart
 # than the valley is wide.
 _LEAST, _APART = 0.7, 1.2
-# Points around which the recording that rests most tries sizes between, and that it passes to all.
+# Points around which the recordings that rest try sizes between, and that they pass to all.
 _NEAR, _BETWEEN, _WORTH = 5, (0.9, 0.95, 1.05, 1.1), 6
 
 
@@ -45,17 +46,19 @@ def best_at_rest(linearised: Linearised, source: Named) -> tuple[Term, float] | 
     ]
     if not any(rested):
         return None
-    one = alone(setting, fit, int(np.argmax(rested)))
     longest = max(_longest_rest(known, disc) for known in linearised.known)
     points = _points(source, _strongest_hold(fit, disc), longest)
-    tried = _gains(*one, [Term(source, q) for q in points])
-    ranked = sorted(tried, key=_gain, reverse=True)
-    if _gain(ranked[0]) <= WORTH_A_ROUND * len(source.effect.parameters) / len(setting.samples):
+    terms = [Term(source, q) for q in points]
+    first = max(_gains(*alone(setting, fit, int(np.argmax(rested))), terms), key=_gain)
+    if _gain(first) <= WORTH_A_ROUND * len(source.effect.parameters) / len(setting.samples):
         # Where a disc rests most it would show most; no size there gains its share of what its
         # numbers cost, and one of each valley was among them.
         return None
+    # One recording alone may have its valley elsewhere while the rig stays.
+    resting = of_recordings(setting, fit, np.flatnonzero(rested).tolist())
+    ranked = sorted(_gains(*resting, terms), key=_gain, reverse=True)
     near = [_resized(term, share) for term, _ in ranked[:_NEAR] for share in _BETWEEN]
-    few = sorted([*ranked, *_gains(*one, near)], key=_gain, reverse=True)[:_WORTH]
+    few = sorted([*ranked, *_gains(*resting, near)], key=_gain, reverse=True)[:_WORTH]
     return max(_gains(setting, fit, [term for term, _ in few]), key=_gain)
 
 
@@ -102,10 +105,24 @@ def _points(source: Named, most: float, longest: float) -> list[FloatArray]:
 
 def alone(setting: Setting, fit: Fit, place: int) -> tuple[Setting, Fit]:
     """The setting and the fit of one recording."""
+    return of_recordings(setting, fit, (place,))
+
+
+def of_recordings(setting: Setting, fit: Fit, places: Sequence[int]) -> tuple[Setting, Fit]:
+    """The setting and the fit of some recordings.
+
+    Args:
+        setting: recordings and free parameters.
+        fit: of all of them.
+        places: of those that stay.
+    """
     return (
-        replace(setting, samples=(setting.samples[place],)),
-        replace(fit, starts=(fit.starts[place],), motions=(fit.motions[place],)),
-    )
+        replace(setting, samples=tuple(setting.samples[i] for i in places)),
+        replace(
+            fit, starts=tuple(fit.starts[i] for i in places),
+            motions=tuple(fit.motions[i] for i in places),
+        ),
+    )  # fmt: skip
 
 
 def _gains(setting: Setting, fit: Fit, terms: list[Term]) -> list[tuple[Term, float]]:
