@@ -13,10 +13,12 @@ from drill_env._types import FloatArray, IntArray
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.extended import lost_value, motion_of
 from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.joint import WORTH_A_ROUND
 from drill_env.diagnosis.start_twist import settled_with
 from drill_env.effects.along import Motion, inner_states
 from drill_env.effects.steady import acting as acting_rig
 from drill_env.identification.known_loads import loaded
+from drill_env.identification.noise import usual_noise
 from drill_env.identification.prediction_error import Path, path_of
 from drill_env.identification.samples import Samples
 from drill_env.identification.smoothing import smoothed
@@ -28,6 +30,9 @@ from drill_env.parameters import Rig
 from drill_env.recordings import Channel
 
 HORIZON = 5.0
+
+# Most times that the motion along which effects act is told anew, each along the one before.
+_TELLINGS = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,16 +115,21 @@ def remaining(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Flo
 
 def followed(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Samples, Path]:
     """What all samples of a recording that was not fitted say of its motion under a fit."""
-    # Without the terms, under the little noise that they leave, it would go its own way.
+    # Without effects, under the little noise that they leave, it would go its own way.
     noise = setting.wide or fit.noise
+    if fit.rig.effects:
+        noise = usual_noise(setting.coordinates.base)
     path = path_of(samples, fit.rig, noise, samples.starts, setting.robust)
     motion = motion_of(samples, noise, path)
-    given, starts = samples, samples.starts
-    for _ in range(2 if fit.terms or fit.rig.effects else 1):
+    given, starts, value = samples, samples.starts, math.inf
+    for _ in range(_TELLINGS if fit.terms or fit.rig.effects else 1):
         starts, given, path = settled_with(
             samples, fit.terms, fit.rig, fit.noise, motion, starts, setting.robust
         )
         motion = motion_of(given, fit.noise, path)
+        gain, value = value - path.value, path.value
+        if gain < WORTH_A_ROUND:
+            break
     return motion, given, path
 
 

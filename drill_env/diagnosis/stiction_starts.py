@@ -24,7 +24,7 @@ from drill_env.diagnosis.terms import Named, Term
 # Least size of an amplitude, in usual ones, and the factor from one to the next: no further apart
 # than the valley is wide.
 _LEAST, _APART = 0.7, 1.2
-# Points around which the recordings that rest try sizes between, and that they pass to all.
+# Points around which recordings that rest try sizes between, and that they pass to all.
 _NEAR, _BETWEEN, _WORTH = 5, (0.9, 0.95, 1.05, 1.1), 6
 
 
@@ -49,16 +49,28 @@ def best_at_rest(linearised: Linearised, source: Named) -> tuple[Term, float] | 
     longest = max(_longest_rest(known, disc) for known in linearised.known)
     points = _points(source, _strongest_hold(fit, disc), longest)
     terms = [Term(source, q) for q in points]
-    first = max(_gains(*alone(setting, fit, int(np.argmax(rested))), terms), key=_gain)
-    if _gain(first) <= WORTH_A_ROUND * len(source.effect.parameters) / len(setting.samples):
+    one = alone(setting, fit, int(np.argmax(rested)))
+    first = _gains(*one, terms)
+    least = WORTH_A_ROUND * len(source.effect.parameters) / len(setting.samples)
+    if max(map(_gain, first)) <= least:
         # Where a disc rests most it would show most; no size there gains its share of what its
         # numbers cost, and one of each valley was among them.
         return None
-    # One recording alone may have its valley elsewhere while the rig stays.
+    # While the rig stays, one recording may have its valley elsewhere. Where all that rest gain no
+    # more by another, the one that rests most tells it best.
     resting = of_recordings(setting, fit, np.flatnonzero(rested).tolist())
-    ranked = sorted(_gains(*resting, terms), key=_gain, reverse=True)
+    by_one = _best_near(setting, fit, one, first)
+    by_all = _best_near(setting, fit, resting, _gains(*resting, terms))
+    return by_all if _gain(by_all) > _gain(by_one) + WORTH_A_ROUND else by_one
+
+
+def _best_near(
+    setting: Setting, fit: Fit, asked: tuple[Setting, Fit], tried: list[tuple[Term, float]]
+) -> tuple[Term, float]:
+    """The best for all recordings of the points, and sizes between, that some like best."""
+    ranked = sorted(tried, key=_gain, reverse=True)
     near = [_resized(term, share) for term, _ in ranked[:_NEAR] for share in _BETWEEN]
-    few = sorted([*ranked, *_gains(*resting, near)], key=_gain, reverse=True)[:_WORTH]
+    few = sorted([*ranked, *_gains(*asked, near)], key=_gain, reverse=True)[:_WORTH]
     return max(_gains(setting, fit, [term for term, _ in few]), key=_gain)
 
 
