@@ -13,7 +13,7 @@ from drill_env._types import FloatArray, IntArray
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.extended import lost_value, motion_of
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.joint import WORTH_A_ROUND
+from drill_env.diagnosis.joint import LAST_ROUNDS, WORTH_A_ROUND
 from drill_env.diagnosis.start_twist import settled_with
 from drill_env.effects.along import Motion, inner_states
 from drill_env.effects.steady import acting as acting_rig
@@ -30,9 +30,6 @@ from drill_env.parameters import Rig
 from drill_env.recordings import Channel
 
 HORIZON = 5.0
-
-# Most times that the motion along which effects act is told anew, each along the one before.
-_TELLINGS = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,13 +113,12 @@ def remaining(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Flo
 def followed(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Samples, Path]:
     """What all samples of a recording that was not fitted say of its motion under a fit."""
     # Without effects, under the little noise that they leave, it would go its own way.
-    noise = setting.wide or fit.noise
-    if fit.rig.effects:
-        noise = usual_noise(setting.coordinates.base)
+    usual = usual_noise(setting.coordinates.base)
+    noise = usual if fit.rig.effects else setting.wide or fit.noise
     path = path_of(samples, fit.rig, noise, samples.starts, setting.robust)
     motion = motion_of(samples, noise, path)
     given, starts, value = samples, samples.starts, math.inf
-    for _ in range(_TELLINGS if fit.terms or fit.rig.effects else 1):
+    for _ in range(LAST_ROUNDS if fit.terms or fit.rig.effects else 1):
         starts, given, path = settled_with(
             samples, fit.terms, fit.rig, fit.noise, motion, starts, setting.robust
         )

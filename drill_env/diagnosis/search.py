@@ -233,9 +233,9 @@ def _sought(
         found = search(setting, here, effects, report)
         if rounds:
             report("choosing")
-        if rounds and not found.complete:
-            # Beside a name another is a claim too many while not everything was tried.
-            break
+            if not found.complete:
+                # Beside a name another is a claim too many while not everything was tried.
+                break
         if not rounds:
             found = refitted_alone(setting, found)
             here = base = found.before
