@@ -12,7 +12,10 @@ from drill_env import Rig
 from drill_env.diagnosis import by_prediction
 from drill_env.diagnosis.by_prediction import diagnose_by_prediction
 from drill_env.diagnosis.options import DiagnosisOptions
+from drill_env.identification.samples import prepare
 from drill_env.prediction import offer
+from drill_env.prediction.cut import cut
+from drill_env.prediction.motion import motion_as_read
 from drill_env.recordings import Recording
 
 RATE, SECONDS, NOISE, FINER = 100.0, 20.0, 3e-4, 20
@@ -38,11 +41,19 @@ def stiff(torque: np.ndarray) -> np.ndarray:
 
 
 def loose(torque: np.ndarray) -> np.ndarray:
-    """Angle of a load behind play, in small steps; most of the friction sits at the motor."""
-    step, out = 1.0 / RATE / FINER, np.zeros(len(torque))
+    """Angle of a load behind play."""
+    return loose_states(torque)[:, 0]
+
+
+def loose_states(torque: np.ndarray) -> np.ndarray:
+    """Load's angle and speed, the motor's angle ahead of it and its speed, shape (n, 4).
+
+    In small steps; most of the friction sits at the motor.
+    """
+    step, out = 1.0 / RATE / FINER, np.zeros((len(torque), 4))
     motor = load = fast = slow = 0.0
     for k, push in enumerate(torque.tolist()):
-        out[k] = load
+        out[k] = load, slow, motor - load, fast
         for _ in range(FINER):
             ahead = motor - load
             wound = math.copysign(max(abs(ahead) - 0.5 * GAP, 0.0), ahead)
@@ -88,6 +99,34 @@ def test_play_between_motor_and_load_is_found_from_far(axis, monkeypatch):
     if axis is loose:
         gap = found["gear_backlash"]["gap"]
         assert gap.low < GAP < gap.high
+
+
+def test_windows_begin_with_a_loose_motor_where_it_is():
+    """Predictions err no more than from the maker's own states of load and motor."""
+    inertia, horizon = JU * SHARE * (1.0 - SHARE), 0.5
+    gear = {
+        "id": "gear_backlash", "gap": GAP, "motor_share": SHARE, "friction_share": AT_MOTOR,
+        "frequency": math.sqrt(STIFFNESS / inertia) / (2.0 * math.pi),
+        "damping": 0.5 * LOSS / math.sqrt(STIFFNESS * inertia),
+    }  # fmt: skip
+    rig = Rig.one_inertia(km=1.0, Ju=JU, Tsu=0.0, bu=BU)
+    found, known = [], []
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        u = torque_of(rng)
+        states = loose_states(u)
+        read = states[:, 0] + rng.normal(0.0, NOISE, len(u))
+        samples = prepare(Recording(np.arange(len(u)) / RATE, u, read, drive="torque"), rig)
+        leads = horizon * np.array([0.06, 0.1, 0.3, 0.95])
+        here = cut(samples, motion_as_read(samples, rig), rig, leads)
+        loose_rig = rig.replace(effects=(gear,))
+        found.append(here.errors(loose_rig, 0.0)[..., 0])
+        start = states[here.windows.starts]
+        begin = np.column_stack([start[:, :2], np.zeros((len(start), 2))])
+        there = replace(here.windows, begin=begin, inner=start[:, 2:]).predicted(loose_rig)
+        known.append(there.readings[..., 0] - here.target[..., 0])
+    sizes = [np.median(np.abs(np.concatenate(errors)), axis=0) for errors in (found, known)]
+    assert np.exp(np.mean(np.log(sizes[0] / sizes[1]))) < 1.15
 
 
 def test_no_second_gear_is_offered_beside_the_first(monkeypatch):

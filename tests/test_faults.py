@@ -100,6 +100,32 @@ def test_a_disc_that_turns_back_repeats_no_row():
     np.testing.assert_array_equal(np.flatnonzero(stale_rows(lost)[0]), fast)
 
 
+def repeats(values):
+    """Rows at which both encoders show what they showed before, shape (n,), none at the ends."""
+    same = np.zeros(len(values), dtype=bool)
+    same[12:-12] = (np.diff(values, axis=0) == 0.0).all(axis=1)[11:-12]
+    return same
+
+
+@pytest.mark.parametrize("repeated", [0, 30])
+def test_noise_of_several_counts_repeats_rows_by_chance(repeated):
+    """Both encoders show the same count twice running in a few of so many rows."""
+    rng = np.random.default_rng(2)
+    t = np.arange(15_000) / 200.0
+    values = np.column_stack([1600.0 * t, 1600.0 * t + 90.0 * np.sin(t)])
+    values = np.round(values + rng.normal(0.0, 6.0, values.shape)) * STEP
+    chance = repeats(values)
+    rows = rng.choice(np.arange(20, len(t) - 20), repeated, replace=False)
+    values[rows] = values[rows - 1]
+    recording = Recording(
+        t, np.zeros_like(t), *values.T, quanta={"theta_u": STEP, "theta_l": STEP}
+    )  # fmt: skip
+    assert chance.sum() >= 5
+    told = np.flatnonzero(stale_rows(recording)[0])
+    expected = np.flatnonzero(repeats(values)) if repeated else []
+    np.testing.assert_array_equal(told, expected)
+
+
 def test_rows_that_repeat_the_row_before(made):
     theta_u, theta_l = made.theta_u.copy(), made.theta_l.copy()
     fast = np.flatnonzero(np.abs(np.gradient(theta_l, made.t)) > 6.0)[::150]

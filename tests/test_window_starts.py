@@ -60,7 +60,7 @@ def test_angle_and_speed_at_a_start_err_as_a_parabola_through_noise_does(width):
     for seed in range(6):
         run, truth = axis_run(seed)
         found = windows_of(run).begun(width, AXIS, 0.0)
-        states = found.starts.states(AXIS, found.windows.motion, 0.0)
+        states, _ = found.starts.states(AXIS, found.windows.motion, 0.0)
         errors.append(states[:, :2] - truth[found.windows.starts])
     sizes = np.sqrt(np.mean(np.concatenate(errors) ** 2, axis=0))
     # Least squares of a parabola through evenly spaced points, at its middle.
@@ -91,7 +91,7 @@ def test_a_missing_reading_is_no_reading():
     angles[whole.windows.starts[3] + np.array([-7, 2, 11])] = math.nan
     samples = prepare(replace(run, theta_u=angles), AXIS)
     starts = starts_of(samples, whole.windows, 1, 0.15)
-    states = starts.states(AXIS, whole.windows.motion, 0.0)
+    states, _ = starts.states(AXIS, whole.windows.motion, 0.0)
     off = states[:, :2] - truth[whole.windows.starts]
     assert np.abs(off[:, 0]).max() < 4.0 * NOISE and np.abs(off[:, 1]).max() < 2e-3
 

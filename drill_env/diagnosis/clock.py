@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.stats import norm, poisson
 
 from drill_env._types import BoolArray, FloatArray
 from drill_env.diagnosis.glitches import without_glitches
+from drill_env.identification.noise import shiver
 from drill_env.identification.samples import Samples
+from drill_env.prediction.criteria import Criteria
 from drill_env.recordings import Channel, Recording
 
 _NAMES: tuple[Channel, Channel] = ("theta_u", "theta_l")
@@ -17,13 +21,18 @@ _STALE_SPEED = 5.0
 # Rows over which the speed is told, more than go missing in a row.
 _STALE_REACH = 12
 _SPEED_REACH = 4
+# Standard deviation of a reading's rounding, counts.
+_ROUNDING = 1.0 / math.sqrt(12.0)
 
 FEWEST = 5
 """Stale rows that make a fault."""
 
 
 def stale_rows(recording: Recording) -> tuple[BoolArray, int]:
-    """Rows that repeat the one before while the rig turned, shape (n,), and how many turned."""
+    """Rows that repeat the one before while the rig turned, shape (n,), and how many turned.
+
+    None where noise of several counts makes so many by chance.
+    """
     none = np.zeros(len(recording), dtype=np.bool_)
     angles = recording.angles()
     step = np.array([recording.quanta.get(name, 0.0) for name in angles])
@@ -35,10 +44,27 @@ def stale_rows(recording: Recording) -> tuple[BoolArray, int]:
     rows = np.arange(_STALE_REACH, len(values) - _STALE_REACH)
     gone, left = (values[rows + k] - values[rows + k - _STALE_REACH] for k in (0, _STALE_REACH))
     slower = np.where(gone * left > 0.0, np.minimum(np.abs(gone), np.abs(left)), 0.0)
-    turning = (slower / (_STALE_REACH * step) > _STALE_SPEED).any(axis=1)
-    same = (values[rows] == values[rows - 1]).all(axis=1)
-    none[rows] = same & turning
+    slower /= _STALE_REACH * step
+    turning = (slower > _STALE_SPEED).any(axis=1)
+    same = (values[rows] == values[rows - 1]).all(axis=1) & turning
+    noise = np.array([shiver(column) for column in values.T]) / step
+    expected = float(_repeated_by_chance(slower[turning], noise).prod(axis=1).sum())
+    if poisson.sf(same.sum() - 1, expected) < norm.sf(Criteria().z):
+        none[rows] = same
     return none, int(turning.sum())
+
+
+def _repeated_by_chance(speed: FloatArray, noise: FloatArray) -> FloatArray:
+    """Probability that each encoder shows the same count twice running, shape (n, c).
+
+    That of a difference of 0 counts, whose distribution is normal.
+
+    Args:
+        speed: in counts a row, shape (n, c).
+        noise: standard deviation of each encoder's readings, counts, shape (c,).
+    """
+    spread = math.sqrt(2.0) * np.maximum(noise, _ROUNDING)
+    return np.minimum(norm.pdf(speed / spread) / spread, 1.0)
 
 
 def without_stale(samples: Samples) -> Samples:

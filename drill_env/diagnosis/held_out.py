@@ -159,7 +159,8 @@ def _run_from(
             continue
         try:
             fresh = None if a in samples.restarts else inner
-            out[a:stop] = as_read(*resume(rig, motion, slice(a, stop), fresh), channels)
+            ahead = resume(rig, motion, slice(a, stop), fresh)
+            out[a:stop] = as_read(ahead.states, ahead.readings, channels)
         except (InputError, RuntimeError):
             return np.full_like(out, math.inf)
         if channels[0] == "theta_u":

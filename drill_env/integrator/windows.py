@@ -31,10 +31,12 @@ class Predicted(NamedTuple):
     Attributes:
         states: twist, omega_u, omega_l and theta_l, rad and rad/s, shape (w, k, 4).
         readings: theta_u and theta_l as the encoders read them, rad, shape (w, k, 2).
+        inner: the effects' inner states, see `Trajectory.inner`, shape (w, k, m).
     """
 
     states: FloatArray
     readings: FloatArray
+    inner: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,6 +49,8 @@ class Windows:
         rows: rows that are predicted, ascending and after the start, shape (w, k).
         as_read: whether the motion's angles are as encoders read them, with their errors.
         begin: states of the discs at the starts, shape (w, 4); those of the motion by default.
+        inner: the effects' inner states at the starts, shape (w, m); by default those to which the
+            motion before them leads.
     """
 
     motion: Motion
@@ -54,12 +58,12 @@ class Windows:
     rows: IntArray
     as_read: bool = True
     begin: FloatArray | None = None
+    inner: FloatArray | None = None
 
     def predicted(self, rig: Rig, *, shift: float = 0.0, rtol: float = 1e-5) -> Predicted:
         """What a rig predicts from the motion at the starts alone.
 
-        The effects' inner states at a start are those to which the motion before it leads; the
-        encoders' errors are taken off the start and put onto the prediction.
+        The encoders' errors are taken off the start and put onto the prediction.
 
         Args:
             rig: parameters and effects.
@@ -77,7 +81,7 @@ class Windows:
         readings = np.stack([states[..., 0] + states[..., 3], states[..., 3]], axis=2)
         if senses:
             readings += self._errors(prepared, true, states, inner)
-        return Predicted(states, readings)
+        return Predicted(states, readings, inner.reshape(*states.shape[:2], -1))
 
     def _run(
         self, prepared: Prepared, rig: Rig, motion: Motion, shift: float, rtol: float
@@ -94,9 +98,9 @@ class Windows:
              first, first + k]
         )  # fmt: skip
         begin = start_with_effects.address if effects.acts else 0
-        memory = (
-            inner_states(rig, motion, self.starts) if begin and effects.inner else np.zeros((w, 0))
-        )
+        memory = np.zeros((w, 0))
+        if begin and effects.inner:
+            memory = inner_states(rig, motion, self.starts) if self.inner is None else self.inner
         states, inner = np.zeros((w * k, N_STATE)), np.zeros((w * k, memory.shape[1]))
         scratch = (
             np.zeros((w * k, 2), dtype=np.int64), np.zeros(256, dtype=EVENT), np.zeros((0, 4, 1)),
@@ -200,4 +204,4 @@ def resume(rig: Rig, motion: Motion, rows: slice, inner: FloatArray | None) -> P
             np.zeros(1, dtype=np.int64),
         )  # fmt: skip
         angles += reading_errors(declared(rig), rig, whole)[rows.start - first :]
-    return Predicted(run.state, angles)
+    return Predicted(run.state, angles, run.inner)

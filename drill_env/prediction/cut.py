@@ -61,12 +61,12 @@ class Cut:
         rig, motion, delay = self._acting(rig, shift)
         if windows is not None:
             starts = starts_of(self.samples, windows, count, self.width).led(rig, motion, delay)
-        elif _misread(rig):
+        elif _misread(rig) or _remembers(rig):
             # By how much depends on the state that is sought, so one step of Newton falls short.
             starts = starts.led(rig, motion, delay)
         windows = self.windows if windows is None else windows
-        begin = starts.states(rig, motion, delay)
-        windows = replace(windows, motion=motion, begin=begin)
+        begin, inner = starts.states(rig, motion, delay)
+        windows = replace(windows, motion=motion, begin=begin, inner=inner)
         return windows.predicted(rig, shift=delay).readings[..., :count]
 
     def begun(self, width: float, rig: Rig, shift: float) -> Cut:
@@ -99,6 +99,11 @@ class Cut:
 def _misread(rig: Rig) -> bool:
     """Whether an encoder errs."""
     return any(LIBRARY[e["id"]].senses for e in rig.effects if e["id"] in LIBRARY)
+
+
+def _remembers(rig: Rig) -> bool:
+    """Whether an effect has inner states."""
+    return any(LIBRARY[e["id"]].states for e in rig.effects if e["id"] in LIBRARY)
 
 
 def upper_axis(rig: Rig) -> Rig:

@@ -40,8 +40,13 @@ class Starts:
     average: FloatArray
     first: FloatArray
 
-    def states(self, rig: Rig, motion: Motion, shift: float) -> FloatArray:
-        """States at the starts, shape (w, 4).
+    def states(
+        self, rig: Rig, motion: Motion, shift: float
+    ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+        """States at the starts, shape (w, 4), and the effects' inner states, shape (w, m).
+
+        These are to where the rig's own motion leads: what strikes or turns back in between, the
+        readings' parabolas smooth away.
 
         Args:
             rig: parameters and effects.
@@ -49,7 +54,7 @@ class Starts:
             shift: by which the drive acts later than the clock of the readings says, s.
         """
         moved, left = self._moved(rig, motion, shift)
-        return _corrected(moved.states[:, self.at], self.average, left)
+        return _corrected(moved.states[:, self.at], self.average, left), moved.inner[:, self.at]
 
     def led(self, rig: Rig, motion: Motion, shift: float) -> Starts:
         """The same with the motion around a start begun where a rig leaves nothing.
