@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.effects_reference.settings import MOVING, entry
 from drill_env.diagnosis.late_readings import on_time, telling
 from drill_env.effects.along import Motion, inner_states
 from drill_env.effects.steady import acting
-from drill_env.integrator.windows import resume
+from drill_env.integrator import Voltage, simulate
+from drill_env.integrator.windows import Windows, resume
 from drill_env.parameters import Rig
 from tests.made_recordings import played
 
@@ -43,13 +45,34 @@ def test_a_run_goes_on_as_if_it_had_not_been_cut(name):
     row = 2130
     part = slice(row, row + 800)
     inner = inner_states(acting(rig), motion, np.array([row]))[0]
-    _, on = resume(rig, motion, part, inner)
+    on = resume(rig, motion, part, inner).readings
     _, anew = played(rig, _T[part], u[part], motion.states[row, :4])
     gap = np.abs(on - readings[part]).max()
     # The motion between its samples is taken as straight.
     assert gap < 1e-3
     # Missed counts are lost for good, which a run that begins anew does not know.
     assert np.abs(anew - readings[part]).max() > 10.0 * gap
+
+
+@pytest.mark.parametrize("name", MOVING)
+def test_a_run_goes_on_from_its_own_states_wherever_it_is_cut(name):
+    """Also where a motor is in balance with its own friction, which is none that rests."""
+    rig = Rig(effects=(entry(name),))
+    u = 2.0 * np.sin(1.3 * _T) + 0.7 * np.sign(np.sin(0.9 * _T)) + 0.4 * np.sin(7.0 * _T)
+    t, u = _T[:2001], u[:2001]
+    run = simulate(
+        rig, Voltage(t, u[:-1, None]), float(t[-1]), t_eval=t, method="dopri5", rtol=1e-9,
+        atol=1e-11, initial=np.array([0.3, 2.0, 2.0, 0.0]),
+    )  # fmt: skip
+    motion = Motion(t, u, np.hstack([run.state, np.zeros((len(t), 2))]), np.array([0]))
+    starts = np.arange(150, 1900, 90)
+    for row in starts.tolist():
+        part = slice(row, row + 60)
+        on = resume(rig, motion, part, run.inner[row]).states
+        np.testing.assert_allclose(on[:, :3], run.state[part, :3], atol=1e-4)
+    windows = Windows(motion, starts, starts[:, None] + [5, 59], inner=run.inner[starts])
+    on = windows.predicted(rig).states
+    np.testing.assert_allclose(on[..., :3], run.state[windows.rows, :3], atol=1e-4)
 
 
 def test_memories_are_cleared_at_a_gap():

@@ -11,7 +11,8 @@ from drill_env.parameters.record import PARAMETERS
 SIGNAL = np.dtype(
     [
         ("first", "i8"),  # 1 where the inner states take their first values
-        ("choose", "i8"),  # 1 where branches follow their functions at once
+        # 1 where branches follow their functions at once, 2 where the state comes without any
+        ("choose", "i8"),
         ("settle", "i8"),  # 1 where a switch has just closed: it may put to rest what it ends
         ("rest_u", "i8"), ("rest_l", "i8"),  # whether the disc sticks
         ("t", "f8"),  # since the start, s

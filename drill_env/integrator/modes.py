@@ -192,7 +192,7 @@ def start_with_effects(p, run, work, tab, which, u):
     `which` is the sum of 1 for the modes and 2 for the inner states.
     """
     s = work.signal
-    s.choose, s.first = 1, which // 2
+    s.choose, s.first = 1 + which % 2, which // 2
     if run.push[UPPER] == 0:
         run.push[UPPER] = run.push[LOWER] = 1
         run.since[UPPER] = run.since[LOWER] = run.origin + run.t

@@ -82,7 +82,7 @@ def wind(p, e, s, share, frequency, damping, gap):
 def choose_motor(e, s, ahead, held):
     """Direction of the motor where no event tells it: it stops where it passes rest and is held."""
     speed = e.z[1].real
-    if s.first:
+    if s.first or s.choose > 1:
         e.side[0] = 1 if speed > 0.0 else (-1 if speed < 0.0 else 0)
     if e.side[0] * speed <= 0.0:
         if held.real >= 0.0:
