@@ -114,6 +114,8 @@ def _moved_predictions(
     return np.stack(columns, axis=2)
 
 
+# Numbers far off let the filter break down, which `evaluate` sees.
+@np.errstate(over="ignore", invalid="ignore")
 def _part(
     samples: Samples, setting: Setting, rig: Rig, jacobian: FloatArray, terms: tuple[Term, ...],
     noise: NoiseModel, starts: FloatArray, motion: Motion,

@@ -70,6 +70,8 @@ def _moments(
             known.samples, noise, known.path, np.concatenate(torques, 2), np.concatenate(errors, 2)
         )
         columns = flat(columns, known.used)
+        # A response that runs away from the motion tells nothing.
+        columns[:, ~np.isfinite(np.einsum("ij,ij->j", columns, columns))] = 0.0
         # What the starts explain is taken out of the sums; `white` and the shared directions are
         # free of it already. A column of which only rounding is left tells nothing.
         sums, whole = known.nuisance.T @ columns, columns.T @ columns
