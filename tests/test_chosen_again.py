@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -52,7 +53,31 @@ def test_what_was_not_clear_while_more_was_missing_is_asked_again(monkeypatch: p
         return Round((), tuple(clear[c.id] for c in candidates), ())
 
     monkeypatch.setattr(decide, "searched", searched)
-    monkeypatch.setattr(decide, "without_first", lambda here: here)
+    beside = [[friction.candidate], [clear["upper_unbalance"].candidate]]
+    monkeypatch.setattr(
+        decide, "without_first", lambda here: (SimpleNamespace(candidates=beside.pop(0)),)
+    )
     kept, _ = decide._again((), (first, second), (), criteria, lambda text: False)
     told = [c.chosen.candidate.id for c in kept if c.chosen is not None]
     assert told == ["upper_unbalance", "upper_load_friction"]
+
+
+def test_a_name_is_not_chosen_beside_itself(monkeypatch: pytest.MonkeyPatch):
+    """Two curves of one kind may fit a third better than two of different kinds."""
+    falls, gaussian = tried("upper_stribeck", 75.0, 2.0), tried("upper_gaussian", 80.0, 2.0)
+    criteria = Criteria()
+    first = decide.decided(Round((), (falls,), ()), criteria)
+    second = decide.decided(Round((), (gaussian,), ()), criteria)
+    first = replace(first, found=Round((), (falls, gaussian), ()))
+    every = {t.candidate.id: t for t in (falls, gaussian)}
+    beside = [[gaussian.candidate], [falls.candidate]]
+    monkeypatch.setattr(
+        decide, "searched",
+        lambda folds, before, given, report: Round((), tuple(every[c.id] for c in given), ()),
+    )  # fmt: skip
+    monkeypatch.setattr(
+        decide, "without_first", lambda here: (SimpleNamespace(candidates=beside.pop(0)),)
+    )
+    kept, _ = decide._again((), (first, second), (), criteria, lambda text: False)
+    told = [c.chosen.candidate.id for c in kept if c.chosen is not None]
+    assert told == ["upper_stribeck", "upper_gaussian"]

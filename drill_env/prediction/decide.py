@@ -236,9 +236,12 @@ def _again(
     """
     kept: list[Choice] = []
     for choice in choices:
-        rivals = [t.candidate for t in choice.found.names if t.row.gain >= criteria.gain]
-        rivals += [t.candidate for t in choice.found.shapes if listed(t.row, criteria)]
-        found = searched(folds, without_first(here), rivals, report)
+        fewer = without_first(here)
+        beside = {c.id for c in fewer[0].candidates}
+        worth = [t for t in choice.found.names if t.row.gain >= criteria.gain]
+        worth += [t for t in choice.found.shapes if listed(t.row, criteria)]
+        rivals = [t.candidate for t in worth if t.candidate.id not in beside]
+        found = searched(folds, fewer, rivals, report)
         choice = decided(found, criteria)
         if not choice.named:
             choice = decided(replace(found, shapes=()), criteria)
