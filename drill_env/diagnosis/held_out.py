@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from drill_env.diagnosis.start_twist import settled_with
 from drill_env.effects.along import Motion, inner_states
 from drill_env.effects.steady import acting as acting_rig
 from drill_env.identification.known_loads import loaded
-from drill_env.identification.noise import usual_noise
+from drill_env.identification.noise import NoiseModel, usual_noise
 from drill_env.identification.prediction_error import Path, path_of
 from drill_env.identification.samples import Samples
 from drill_env.identification.smoothing import smoothed
@@ -112,21 +112,31 @@ def remaining(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Flo
 
 def followed(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Samples, Path]:
     """What all samples of a recording that was not fitted say of its motion under a fit."""
-    # Without effects, under the little noise that they leave, it would go its own way.
-    usual = usual_noise(setting.coordinates.base)
-    noise = usual if fit.rig.effects else setting.wide or fit.noise
+    # Without effects, under little noise, it would go its own way.
+    noise = _larger(usual_noise(setting.coordinates.base), setting.wide or fit.noise)
     path = path_of(samples, fit.rig, noise, samples.starts, setting.robust)
     motion = motion_of(samples, noise, path)
     given, starts, value = samples, samples.starts, math.inf
     for _ in range(LAST_ROUNDS if fit.terms or fit.rig.effects else 1):
-        starts, given, path = settled_with(
+        starts, there, again = settled_with(
             samples, fit.terms, fit.rig, fit.noise, motion, starts, setting.robust
         )
+        gain = value - again.value
+        if gain <= 0.0:
+            break
+        given, path, value = there, again, again.value
         motion = motion_of(given, fit.noise, path)
-        gain, value = value - path.value, path.value
-        if gain < WORTH_A_ROUND:
+        if not gain >= WORTH_A_ROUND:
             break
     return motion, given, path
+
+
+def _larger(one: NoiseModel, other: NoiseModel) -> NoiseModel:
+    """The other noise with the larger of both latent torques on each disc."""
+    return replace(
+        other, torque_u=max(one.torque_u, other.torque_u),
+        torque_l=max(one.torque_l, other.torque_l),
+    )  # fmt: skip
 
 
 def spans_of(samples: Samples) -> IntArray:
