@@ -9,7 +9,7 @@ import pytest
 from benchmarks.fuzz.dice import Dice
 from benchmarks.fuzz.harnesses import HARNESSES
 from benchmarks.fuzz.judge import Failed, Hang, Harness, fuzz
-from benchmarks.fuzz.reading import Reader
+from benchmarks.fuzz.reading import Child, Reader
 from drill_env import InputError
 from drill_env.recordings import _read_apart, apart
 
@@ -63,6 +63,15 @@ def test_a_reader_that_crashes_takes_no_other_file_with_it(tmp_path, monkeypatch
     with pytest.raises(InputError, match="not a whole MATLAB file"):
         reader(tmp_path / "bad.mat", "mat", ())
     assert reader(tmp_path / "good.mat", "mat", ()) == b"good\n"
+
+
+def test_a_child_ends_though_a_later_one_holds_its_pipe():
+    """That waited for ever."""
+    first, later = Child(), Child()
+    for child in (first, later):
+        child.close()
+        with pytest.raises(ProcessLookupError):
+            os.kill(child.pid, 0)
 
 
 def test_the_child_reads_what_the_program_reads(tmp_path):

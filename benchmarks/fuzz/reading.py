@@ -10,6 +10,7 @@ import faulthandler
 import json
 import math
 import os
+import signal
 import sys
 import time
 from collections.abc import Sequence
@@ -51,16 +52,15 @@ class Child:
         return os.waitstatus_to_exitcode(self.close())
 
     def close(self) -> int:
-        """End it; returns what the system says of how it ended."""
+        """End it; returns what the system says of how it ended.
+
+        That its pipe is closed tells it nothing: forks that came later hold it open.
+        """
         for end in (self._to, self._from):
             os.close(end)
+        os.kill(self.pid, signal.SIGKILL)
         _, ended = os.waitpid(self.pid, 0)
         return ended
-
-    def kill(self) -> None:
-        """End it where it does not answer."""
-        os.kill(self.pid, 9)
-        self.close()
 
 
 def _serve(asked: int, answers: int) -> None:
@@ -123,7 +123,7 @@ class Reader:
             status = child.ask(kind, path, wanted)
         except BaseException:
             self.child = None
-            child.kill()
+            child.close()
             raise
         if status < 0:
             self.child = None
