@@ -59,7 +59,8 @@ def test_a_half_that_began_far_off_takes_the_peak_that_the_other_found():
     candidate = candidate_of(LIBRARY["upper_resonator"], scales_of(AXIS, motions, 0))
     near, far = (np.array([math.log(f), 1.0, math.log(0.03)]) for f in (1.6, 18.0))
     alone = fit(before[1].setting, before[1].vector, (candidate,), (far,))
-    assert math.exp(alone.numbers[0][0]) > 5.0
+    # Begun far off alone, it ends on another peak.
+    assert math.exp(alone.numbers[0][0]) != pytest.approx(FREQUENCY, rel=0.5)
     found = _fitted(before, candidate, [near, far])
     for one in found:
         entry = candidate.entry(one.numbers[0])
