@@ -21,8 +21,6 @@ _STALE_SPEED = 5.0
 # Rows over which the speed is told, more than go missing in a row.
 _STALE_REACH = 12
 _SPEED_REACH = 4
-# Standard deviation of a reading's rounding, counts.
-_ROUNDING = 1.0 / math.sqrt(12.0)
 
 FEWEST = 5
 """Stale rows that make a fault."""
@@ -47,7 +45,8 @@ def stale_rows(recording: Recording) -> tuple[BoolArray, int]:
     slower /= _STALE_REACH * step
     turning = (slower > _STALE_SPEED).any(axis=1)
     same = (values[rows] == values[rows - 1]).all(axis=1) & turning
-    noise = np.array([shiver(column) for column in values.T]) / step
+    noise = np.array([shiver(column) for column in values.T])
+    noise = np.maximum(noise / step, 1.0 / math.sqrt(12.0))
     expected = float(_repeated_by_chance(slower[turning], noise).prod(axis=1).sum())
     if poisson.sf(same.sum() - 1, expected) < norm.sf(Criteria().z):
         none[rows] = same
@@ -63,7 +62,7 @@ def _repeated_by_chance(speed: FloatArray, noise: FloatArray) -> FloatArray:
         speed: in counts a row, shape (n, c).
         noise: standard deviation of each encoder's readings, counts, shape (c,).
     """
-    spread = math.sqrt(2.0) * np.maximum(noise, _ROUNDING)
+    spread = math.sqrt(2.0) * noise
     return np.minimum(norm.pdf(speed / spread) / spread, 1.0)
 
 

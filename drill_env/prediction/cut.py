@@ -61,7 +61,7 @@ class Cut:
         rig, motion, delay = self._acting(rig, shift)
         if windows is not None:
             starts = starts_of(self.samples, windows, count, self.width).led(rig, motion, delay)
-        elif _misread(rig) or _remembers(rig):
+        elif _corrected_twice(rig):
             # By how much depends on the state that is sought, so one step of Newton falls short.
             starts = starts.led(rig, motion, delay)
         windows = self.windows if windows is None else windows
@@ -96,14 +96,10 @@ class Cut:
         return np.where(np.isfinite(gap), np.clip(gap, -FAR, FAR), FAR)
 
 
-def _misread(rig: Rig) -> bool:
-    """Whether an encoder errs."""
-    return any(LIBRARY[e["id"]].senses for e in rig.effects if e["id"] in LIBRARY)
-
-
-def _remembers(rig: Rig) -> bool:
-    """Whether an effect has inner states."""
-    return any(LIBRARY[e["id"]].states for e in rig.effects if e["id"] in LIBRARY)
+def _corrected_twice(rig: Rig) -> bool:
+    """Whether an encoder errs or an effect has inner states."""
+    there = [LIBRARY[e["id"]] for e in rig.effects if e["id"] in LIBRARY]
+    return any(effect.senses or effect.states for effect in there)
 
 
 def upper_axis(rig: Rig) -> Rig:
