@@ -149,8 +149,10 @@ def test_a_name_stands_by_its_share_of_what_a_free_shape_explains(share, stands)
 @pytest.mark.parametrize(
     ("second", "told", "unseen", "stands"),
     [
-        ("gain_asymmetry", 30.0, 20.0, True),  # elsewhere, and clearly seen in unseen recordings
-        ("gain_asymmetry", 30.0, 2.0, False),  # two standard errors
+        ("gain_asymmetry", 30.0, 20.0, True),  # elsewhere, and seen in unseen recordings too
+        ("gain_asymmetry", 30.0, 2.0, True),  # there by two standard errors, with others by more
+        ("gain_asymmetry", 10.0, 2.0, False),  # less than a whole rig asks for
+        ("gain_asymmetry", 30.0, -8.0, False),  # unseen recordings contradict it
         ("rate_state", 100.0, 50.0, False),  # at the same place a tenth is the law's difference
         ("rate_state", 300.0, 100.0, True),
     ],
@@ -162,6 +164,12 @@ def test_a_second_name_is_more_than_a_remainder_of_the_first(second, told, unsee
     two.scatter = 2.0
     ids, _ = decision([one], final=two, steps=(one,))
     assert ids == ["dwell_stiction", second][: 1 + stands]
+
+
+def test_a_second_name_whose_gain_lies_in_one_block_is_none():
+    one = fit_of(1000.0, 500.0, named("dwell_stiction"))
+    two = fit_of(1020.0, 1500.0, *one.terms, named("gain_asymmetry"), scatter=500.0)
+    assert decision([one], final=two, steps=(one,))[0] == ["dwell_stiction"]
 
 
 @pytest.mark.parametrize(

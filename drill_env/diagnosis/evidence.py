@@ -186,30 +186,39 @@ class _Judge:
 
     def row(self, attempt: Attempt, before: FloatArray) -> tuple[Row, bool]:
         """One attempt, and whether it is determined and held-out recordings bear it."""
-        told = 0.5 * attempt.criterion
-        # What happened in one recording tells nothing of others.
-        gains = np.zeros(0) if _once(attempt.term) else self.blocks(attempt.fit) - before
+        once = _once(attempt.term)
+        gains = np.zeros(0) if once else self.blocks(attempt.fit) - before
+        return self.compared(attempt.term, 0.5 * attempt.criterion, gains)
+
+    def compared(self, term: Term, told: float, gains: FloatArray) -> tuple[Row, bool]:
+        """A term by its evidence, and whether it is determined and held-out recordings bear it.
+
+        Args:
+            term: what is judged.
+            told: evidence of the fitted recordings for it, nats.
+            gains: that of each block of the held-out ones, nats; none of what happened once,
+                which tells nothing of other recordings.
+        """
         unseen = float(gains.sum())
         error = standard_error(gains, self.marks()) if len(gains) else 0.0
-        gain = told + unseen
-        count = max(len(before), 1)
+        gain, count = told + unseen, max(len(self.marks()), 1)
         each = (gains if len(gains) else np.zeros(count)) + told / count
         # One block alone has no scatter.
         scatter = 0.0 < error < math.inf
         z = z_of(each, self.marks()) if scatter else math.copysign(math.inf, gain)
         error = error if scatter else 0.0
         row = Row(
-            attempt.term.id, gain, error, z, (told, unseen), len(attempt.term.q), each,
+            term.id, gain, error, z, (told, unseen), len(term.q), each,
             recordings=tuple(self.marks()),
         )  # fmt: skip
         # What scatter may do is no contradiction of a name; a free shape, which fits what it will,
         # has to predict others better. But what those that it was fitted to do not ask for at all
         # is nothing that others could bear out.
         least = -self.criteria.z * error if scatter else -self.criteria.gain
-        if len(gains) and not is_named(attempt.term):
+        if len(gains) and not is_named(term):
             least = self.criteria.gain
         borne = unseen > least and told > 0.0
-        return row, borne and not at_range_end(attempt.term)
+        return row, borne and not at_range_end(term)
 
     def climbed(self, found: Found, taken: Attempt, table: Weighed) -> Fit:
         """The name that was taken with what stands beside it."""
@@ -223,24 +232,22 @@ class _Judge:
         return here
 
     def earned(self, here: Fit, step: Fit, whole: float) -> bool:
-        """Whether more terms are asked for by all recordings, and clearly by those held out.
+        """Whether one more term is listed beside those before it, as the first one is.
 
         Args:
             here: a fit.
             step: one with more terms.
             whole: evidence for the first of them, nats.
         """
-        told, last = 0.5 * (here.bic - step.bic), step.terms[-1]
-        if at_range_end(last) or not self.has_size(step, len(step.terms) - 1):
-            return False
+        last = step.terms[-1]
+        gains = np.zeros(0) if _once(last) else self.blocks(step) - self.blocks(here)
+        row, stands = self.compared(last, 0.5 * (here.bic - step.bic), gains)
         least = self.criteria.evidence
         if last.id not in [t.id for t in here.terms]:
             least = max(least, self._share(here, last) * whole)
-        if not self.held or _once(last):
-            return told > least
-        gains = self.blocks(step) - self.blocks(here)
-        clear = z_of(gains, self.marks()) >= self.criteria.z
-        return clear and told + float(gains.sum()) > least
+        if not (stands and row.z >= self.criteria.z and row.gain > least):
+            return False
+        return self.has_size(step, len(step.terms) - 1)
 
     def has_size(self, fit: Fit, place: int) -> bool:
         """Whether a term is there: by its size's deviation or else by the best fit without it."""
