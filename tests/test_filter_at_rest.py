@@ -182,6 +182,18 @@ def test_next_to_a_jump_of_a_torque_the_covariance_stays_one(family: str):
     assert rows["F"][:, 2, 2].max() < 10.0
 
 
+def test_a_fit_beside_its_peak_is_carried_to_it_by_slopes_over_wide_steps():
+    """An order of a brake's runout lay nine deviations off, and 65 less likely, once."""
+    numbers = {"runout": 0.02, "phase": 1.0, "order": 1.0}
+    rig = Rig(effects=({"id": "brake_runout", **numbers},))
+    setting, base = setting_of(played_of(rig, "ramp"))
+    aside = np.array([0.02, 1.0, 1.003])
+    fit = added(setting, base, Term(Named(LIBRARY["brake_runout"], within=True), aside))
+    found = in_filter.within_filter(setting, fit, lambda text: None)
+    assert found.value < fit.value - 1000.0
+    assert found.terms[-1].q == pytest.approx(list(numbers.values()), rel=1e-3)
+
+
 def test_where_the_filter_breaks_down_the_numbers_along_the_motion_stay(monkeypatch):
     """A gear's numbers that the motion told ended a diagnosis: "SVD did not converge"."""
     term = term_of("gear_compliance")

@@ -12,7 +12,7 @@ from drill_env._types import FloatArray
 from drill_env._watch import Report
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
-from drill_env.diagnosis.joint import polished
+from drill_env.diagnosis.joint import LAST_ROUNDS, WORTH_A_ROUND, descend_jointly, polished
 from drill_env.diagnosis.terms import Named, Term, at_rest
 from drill_env.effects import Effect
 from drill_env.identification.coordinates import inverse
@@ -40,7 +40,12 @@ def within_filter(setting: Setting, fit: Fit, report: Report) -> Fit:
             return fit
         report("fitting within the filter")
         fit = polished(setting, probed(setting, inside))
-    return probed(setting, fit) if any(at_rest(term) for term in fit.terms) else fit
+    if not any(at_rest(term) for term in fit.terms):
+        return fit
+    # Slopes over short steps see the jumps: by those a descent ends before its peak.
+    start = probed(setting, fit)
+    there = descend_jointly(setting, start, limit=LAST_ROUNDS, enough=WORTH_A_ROUND)
+    return probed(setting, there)
 
 
 def moved_in(setting: Setting, fit: Fit) -> Fit:
