@@ -69,6 +69,7 @@ def made_up(monkeypatch):
     monkeypatch.setattr(evidence._Judge, "blocks", blocks)
     monkeypatch.setattr(evidence._Judge, "marks", lambda judge: [0] * BLOCKS)
     monkeypatch.setattr(evidence, "polished", lambda setting, fit: fit)
+    monkeypatch.setattr(evidence, "within_filter", lambda setting, fit: fit)
 
 
 def decision(fits, *, final=None, steps=(), held=(1,)):

@@ -68,7 +68,7 @@ def test_a_second_name_that_its_own_round_gives_no_chance_is_not_told(monkeypatc
 
     def fit(*names: str) -> Any:
         terms = tuple(Term(Named(LIBRARY[n]), np.zeros(0)) for n in names)
-        return SimpleNamespace(terms=terms)
+        return SimpleNamespace(terms=terms, bic=0.0)
 
     one, two = fit("upper_resonator"), fit("upper_resonator", "torque_pulse")
     first = Round(fit(), (), (), (), {"upper_resonator": 1.0})

@@ -9,14 +9,17 @@ import pytest
 
 from benchmarks.concealed.recordings import Hidden
 from drill_env import Rig
+from drill_env.diagnosis.attempts import carried_on, tuned_alike
 from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.fit_changes import added
+from drill_env.diagnosis.in_filter import moved_in
 from drill_env.diagnosis.joint import descend_jointly
 from drill_env.diagnosis.resonance import resonates, retuned
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY
 from drill_env.identification.samples import prepare
 from tests.made_recordings import FREE, made
+from tests.test_filter_at_rest import played_of
 
 INERTIA = 3e-4
 HERTZ = math.sqrt(4.0 * Rig().ktheta / INERTIA) / (2.0 * math.pi)
@@ -57,3 +60,18 @@ def test_a_resonance_as_wide_as_the_walk_has_one_peak():
     assert ends[0] == pytest.approx(ends[1], abs=2.0)
     assert ends[2] == pytest.approx(ends[1], abs=2.0)
     assert retuned(setting, starts[1]) is starts[1]
+
+
+def test_a_string_with_inertia_is_found_from_the_frequency_of_a_resonator():
+    """Its peak is a five hundredth of its frequency wide: the grid of frequencies missed it."""
+    numbers = {"frequency": 2.37, "damping": 0.002}
+    rig = Rig(effects=({"id": "string_inertia", **numbers},))
+    setting, fit = base_fit((played_of(rig, "chirp"),), Rig(), ["Jl", "ktheta", "Tsl"])
+    term = Term(Named(LIBRARY["lower_resonator"]), np.array([2.33, 0.03, 0.004]))
+    inside = moved_in(setting, added(setting, fit, term))
+    first = carried_on(setting, fit, inside, 2)
+    effects = [LIBRARY["string_inertia"], LIBRARY["lower_resonator"], LIBRARY["unbalance"]]
+    best, second = tuned_alike(setting, fit, [first], effects)
+    assert (best.term.id, second.term.id) == ("string_inertia", "lower_resonator")
+    assert best.gain > first.gain + 100.0
+    assert abs(best.term.q[0] - numbers["frequency"]) < 0.05

@@ -17,7 +17,9 @@ def fitted(name: str, q: list[float], deviations: list[float]) -> tuple[Any, Ter
     """A fit of one rig's number and a term, whose numbers have these standard deviations."""
     term = Term(Named(LIBRARY[name]), np.array(q))
     information = np.diag(np.array([1.0, *deviations]) ** -2.0)
-    return SimpleNamespace(vector=np.zeros(1), terms=(term,), information=information), term
+    return SimpleNamespace(
+        vector=np.zeros(1), terms=(term,), ends=None, information=information
+    ), term
 
 
 @pytest.mark.parametrize(

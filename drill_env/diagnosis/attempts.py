@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from drill_env._watch import Report
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
@@ -20,7 +22,7 @@ from drill_env.diagnosis.joint import (
 from drill_env.diagnosis.joint_noise import SIZES
 from drill_env.diagnosis.resonance import resonates, retuned
 from drill_env.diagnosis.rounds import NEEDED, Attempt, Round, is_named
-from drill_env.diagnosis.terms import Named
+from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import Effect
 from drill_env.identification.noise import NoiseModel
 from drill_env.prediction.criteria import Criteria
@@ -35,6 +37,8 @@ _HEATS = ((4, 0.3, 6, False), (6, 0.4, 3, True), (6, 0.5, 3, True))
 _MOVES = 1.0
 # Resonances are retuned if they gain this share of the best one.
 _HOPEFUL_RESONANCE = 0.5
+# What a resonance is told by.
+_SWINGS = {"frequency", "damping"}
 # How many names are begun again with the usual noise then, if they gain this share of the best
 # one, and for how many rounds; and by which factor they must gain to be begun once more.
 _TIGHT, _TIGHT_HOPE, _TIGHT_ROUNDS, _MOVED = 2, 0.1, 10, 1.1
@@ -115,6 +119,33 @@ def confused_with(done: Sequence[Attempt], effects: Sequence[Effect]) -> list[Ef
         return []
     best = names[0].effect
     return [e for e in effects if e.id in best.neighbours or best.id in e.neighbours]
+
+
+def tuned_alike(
+    setting: Setting, fit: Fit, done: Sequence[Attempt], effects: Sequence[Effect]
+) -> list[Attempt]:
+    """The attempts and those at the frequency of the best name with what it is easily taken for.
+
+    A little damped resonance is a narrow peak, which a coarse grid misses: what swings there, but
+    elsewhere in the rig, is found from there.
+
+    Args:
+        setting: recordings and free parameters.
+        fit: without candidates.
+        done: attempts, the best first.
+        effects: what may be offered.
+    """
+    best = next((a for a in done if is_named(a.term) and a.criterion > NEEDED), None)
+    if best is None or not isinstance(best.term.source, Named):
+        return list(done)
+    told = dict(zip((p.name for p in best.term.source.effect.parameters), best.term.q, strict=True))
+    others = [e for e in confused_with(done, effects) if {p.name for p in e.parameters} >= _SWINGS]
+    more = []
+    for effect in others if set(told) >= _SWINGS else ():
+        q = [told[p.name] if p.name in _SWINGS else p.grid[0] for p in effect.parameters]
+        start = added(setting, fit, Term(Named(effect), np.array(q)))
+        more.append(carried_on(setting, fit, moved_in(setting, start), FIRST_ROUNDS))
+    return best_of_each([*done, *more])
 
 
 def goal_of(fit: Fit, attempt: Attempt, done: Sequence[Attempt]) -> float:

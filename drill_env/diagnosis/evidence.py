@@ -18,6 +18,7 @@ import numpy as np
 from drill_env._types import FloatArray
 from drill_env.diagnosis.block_densities import block_count, block_densities
 from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.in_filter import within_filter
 from drill_env.diagnosis.intervals import sized
 from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.lost_counts import LostCounts
@@ -110,6 +111,9 @@ def decided(
         return replace(found, rounds=(first, *later), final=final), table
     found = replace(found, rounds=(first, *(judge.asked_beside(r, found) for r in later)))
     final = judge.climbed(found, taken, table)
+    if final is not found.final:
+        # The search carried on what it ended with alone.
+        final = within_filter(found.setting, final)
     if final.terms[0].id != taken.term.id:
         # Beside another name it is by far more probable than what was taken alone.
         first = replace(first, weights={final.terms[0].id: 1.0})
@@ -224,7 +228,7 @@ class _Judge:
         """The name that was taken with what stands beside it."""
         steps = [r.later or r.before for r in found.rounds[1:]] + [found.final]
         same = [s for s in steps if [t.id for t in s.terms] == [taken.term.id]]
-        here = same[0] if same else polished(self.setting, taken.fit)
+        here = min(same, key=lambda s: s.bic, default=None) or polished(self.setting, taken.fit)
         for step in steps:
             longer = len(step.terms) > len(here.terms)
             if longer and not _improbable(found, step.terms[-1].id):

@@ -73,6 +73,8 @@ class Fit:
         start_slopes: what they lose for each unit of (coordinates, terms' numbers).
         count: samples predicted.
         traces: of each recording's filter.
+        ends: how far below and above its value each of the terms' numbers may be, where profiles
+            tell it, shape (numbers, 2).
     """
 
     vector: FloatArray
@@ -88,6 +90,7 @@ class Fit:
     start_slopes: tuple[FloatArray, ...]
     count: int
     traces: tuple[Trace, ...]
+    ends: FloatArray | None = None
 
     @property
     def numbers(self) -> int:

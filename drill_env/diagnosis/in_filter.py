@@ -13,16 +13,18 @@ from drill_env._watch import Report
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.joint import LAST_ROUNDS, WORTH_A_ROUND, descend_jointly, polished
+from drill_env.diagnosis.profiles import interval_ends
 from drill_env.diagnosis.terms import Named, Term, at_rest
 from drill_env.effects import Effect
 from drill_env.identification.coordinates import inverse
 
 _PROBINGS = 2
+_DESCENTS = 6
 # Shares of a number: by less rounding shows, by more the formula bends.
 _NEAREST, _FURTHEST = 1e-4, 0.05
 
 
-def within_filter(setting: Setting, fit: Fit, report: Report) -> Fit:
+def within_filter(setting: Setting, fit: Fit, report: Report = lambda text: None) -> Fit:
     """The fit with its effects at the filter's own state where their numbers need that.
 
     A drive's torque follows from when the disc is released and held, which the smoothed motion
@@ -43,26 +45,39 @@ def within_filter(setting: Setting, fit: Fit, report: Report) -> Fit:
     if not any(at_rest(term) for term in fit.terms):
         return fit
     # Slopes over short steps see the jumps: by those a descent ends before its peak.
-    start = probed(setting, fit)
-    there = descend_jointly(setting, start, limit=LAST_ROUNDS, enough=WORTH_A_ROUND)
-    return probed(setting, there)
+    return _profiled(setting, probed(setting, fit))
+
+
+def _profiled(setting: Setting, fit: Fit) -> Fit:
+    """The fit carried on until no number's profile leads on, with the ends that these tell."""
+    for _ in range(_DESCENTS):
+        there = descend_jointly(setting, fit, limit=LAST_ROUNDS, enough=WORTH_A_ROUND)
+        fit = probed(setting, there)
+        ends, better = interval_ends(setting, fit)
+        if better is None:
+            return replace(fit, ends=ends)
+        fit = better
+        if setting.over():
+            break
+    return fit
 
 
 def moved_in(setting: Setting, fit: Fit) -> Fit:
     """The same numbers with effects at the filter's own state; the fit itself where none is.
 
-    A gear always, since along a smoothed motion its numbers come out wrong. A friction where the
-    recordings are more likely so: along that motion it has no say in when a disc rests.
+    A gear always, since along a smoothed motion its numbers come out wrong. All others where the
+    recordings are more likely so: along that motion a friction has no say in when a disc rests, and
+    what swings by itself is lost in smoothing.
     """
     inside = _within(setting, fit, lambda effect: effect.refined_within)
-    held = _within(setting, inside, lambda effect: effect.holds)
-    return held if held.value < inside.value else inside
+    every = _within(setting, inside, lambda effect: not effect.senses and not effect.delay)
+    return every if every.value < inside.value else inside
 
 
 def _within(setting: Setting, fit: Fit, which: Callable[[Effect], bool]) -> Fit:
     terms = tuple(
         Term(replace(t.source, within=True), t.q)
-        if isinstance(t.source, Named) and which(t.source.effect) and not at_rest(t)
+        if type(t.source) is Named and which(t.source.effect) and not at_rest(t)
         else t
         for t in fit.terms
     )

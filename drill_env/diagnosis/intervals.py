@@ -29,17 +29,28 @@ def numbers_of(fit: Fit, term: Term, scale: float = 0.0) -> dict[str, Number]:
     if isinstance(term.source, Shape):
         return {}
     out = {}
-    deviations = _deviations(fit, term).tolist()
-    for p, value, s in zip(term.source.effect.parameters, term.q.tolist(), deviations, strict=True):
-        s = math.hypot(s, scale * value) if "Nm" in p.unit else s
-        s = math.hypot(s, p.form * value) if p.role != "phase" else s
-        low, high = value - Z_95 * s, value + Z_95 * s
+    told = zip(term.q.tolist(), _half_widths(fit, term).tolist(), strict=True)
+    for p, (value, ends) in zip(term.source.effect.parameters, told, strict=True):
+        doubt = scale if "Nm" in p.unit else 0.0
+        form = p.form if p.role != "phase" else 0.0
+        more = Z_95 * math.hypot(doubt, form) * value
+        below, above = (math.hypot(end, more) for end in ends)
+        low, high = value - below, value + above
         if low <= 0.0 <= p.low < value:
             # What is never negative is normal in its logarithm rather than in itself.
-            ratio = math.exp(min(Z_95 * s / value, _MOST_LOG))
-            low, high = value / ratio, value * ratio
+            low = value / math.exp(min(below / value, _MOST_LOG))
+            high = value * math.exp(min(above / value, _MOST_LOG))
         out[p.name] = Number(value, low, high, p.unit)
     return out
+
+
+def _half_widths(fit: Fit, term: Term) -> FloatArray:
+    """How far below and above a term's numbers their 95 % intervals reach, shape (numbers, 2)."""
+    linear = np.tile(Z_95 * _deviations(fit, term)[:, np.newaxis], 2)
+    if fit.ends is None:
+        return linear
+    place = sum(len(t.q) for t in fit.terms[: [t is term for t in fit.terms].index(True)])
+    return np.maximum(linear, fit.ends[place : place + len(term.q)])
 
 
 def _deviations(fit: Fit, term: Term) -> FloatArray:

@@ -109,20 +109,12 @@ def joint_step(
     if not math.isfinite(here.value):
         return here, damping
     reach = _reach(setting, here, far)
-    free = len(here.vector)
     for tried in range(tries):
         step = _step(here, damping)
         if float(step @ here.gradient) < least:
             break
         step /= max(1.0, float((np.abs(step) / reach).max()))
-        starts = [
-            s + m - slope @ step
-            for s, m, slope in zip(here.starts, here.start_steps, here.start_slopes, strict=True)
-        ]
-        point = (
-            here.vector + step[:free], _moved_terms(here.terms, step[free:]), noise or here.noise,
-            starts, _along(setting, here, starts),
-        )  # fmt: skip
+        point = point_along(setting, here, step, noise)
         try:
             # Most first tries succeed; of later ones only the value is wanted.
             if tried == 0 or value_at(setting, *point) < here.value:
@@ -135,6 +127,21 @@ def joint_step(
             pass
         damping = max(10.0 * damping, 1e-4)
     return here, damping
+
+
+def point_along(
+    setting: Setting, here: Fit, step: FloatArray, noise: NoiseModel | None = None
+) -> tuple[FloatArray, tuple[Term, ...], NoiseModel, list[FloatArray], list[Motion]]:
+    """Where a step of (coordinates, terms' numbers) leads, the starts following."""
+    free = len(here.vector)
+    starts = [
+        s + m - slope @ step
+        for s, m, slope in zip(here.starts, here.start_steps, here.start_slopes, strict=True)
+    ]
+    return (
+        here.vector + step[:free], _moved_terms(here.terms, step[free:]), noise or here.noise,
+        starts, _along(setting, here, starts),
+    )  # fmt: skip
 
 
 def _along(setting: Setting, here: Fit, starts: Sequence[FloatArray]) -> list[Motion]:

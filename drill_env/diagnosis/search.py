@@ -18,6 +18,7 @@ from drill_env.diagnosis.attempts import (
     restated,
     settled_within,
     tightened,
+    tuned_alike,
     with_resonances_retuned,
 )
 from drill_env.diagnosis.base import cleaned_base
@@ -89,6 +90,7 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
     asked = peaked if unknown else confused_with(done, peaked)
     done = descended(linearised, asked, done, report)
     complete = not report("comparing what was tried")
+    done = tuned_alike(setting, fit, done, others)
     done = with_resonances_retuned(setting, fit, done)
     tight = bool(noise) and _left_unusual(setting, fit, done)
     if tight and not report("trying with the usual noise"):
