@@ -29,12 +29,11 @@ def numbers_of(fit: Fit, term: Term, scale: float = 0.0) -> dict[str, Number]:
     if isinstance(term.source, Shape):
         return {}
     out = {}
-    told = zip(term.q.tolist(), _half_widths(fit, term).tolist(), strict=True)
-    for p, (value, ends) in zip(term.source.effect.parameters, told, strict=True):
-        doubt = scale if "Nm" in p.unit else 0.0
-        form = p.form if p.role != "phase" else 0.0
-        more = Z_95 * math.hypot(doubt, form) * value
-        below, above = (math.hypot(end, more) for end in ends)
+    told = zip(term.q.tolist(), _deviations(fit, term), _ends(fit, term), strict=True)
+    for p, (value, s, ends) in zip(term.source.effect.parameters, told, strict=True):
+        s = math.hypot(s, scale * value) if "Nm" in p.unit else s
+        s = math.hypot(s, p.form * value) if p.role != "phase" else s
+        below, above = (max(Z_95 * s, end) for end in ends.tolist())
         low, high = value - below, value + above
         if low <= 0.0 <= p.low < value:
             # What is never negative is normal in its logarithm rather than in itself.
@@ -44,13 +43,12 @@ def numbers_of(fit: Fit, term: Term, scale: float = 0.0) -> dict[str, Number]:
     return out
 
 
-def _half_widths(fit: Fit, term: Term) -> FloatArray:
-    """How far below and above a term's numbers their 95 % intervals reach, shape (numbers, 2)."""
-    linear = np.tile(Z_95 * _deviations(fit, term)[:, np.newaxis], 2)
+def _ends(fit: Fit, term: Term) -> FloatArray:
+    """How far profiles reach below and above a term's numbers; 0 where there are none."""
     if fit.ends is None:
-        return linear
+        return np.zeros((len(term.q), 2))
     place = sum(len(t.q) for t in fit.terms[: [t is term for t in fit.terms].index(True)])
-    return np.maximum(linear, fit.ends[place : place + len(term.q)])
+    return fit.ends[place : place + len(term.q)]
 
 
 def _deviations(fit: Fit, term: Term) -> FloatArray:

@@ -59,7 +59,8 @@ def interval_ends(setting: Setting, fit: Fit) -> tuple[FloatArray, Fit | None]:
     for row, (term, i) in enumerate(numbers):
         # Of a torque along the smoothed motion the readings' likelihood is as its slopes say.
         for column, sign in enumerate((-1.0, 1.0) if at_rest(term) else ()):
-            side = _side(setting, fit, len(fit.vector) + row, sign, _room(term, i, sign))
+            far = _first(fit, len(fit.vector) + row, term, i)
+            side = _side(setting, fit, len(fit.vector) + row, sign * far, _room(term, i, sign))
             if side.better is not None:
                 return ends, side.better
             ends[row, column] = side.end
@@ -75,23 +76,32 @@ def _room(term: Term, i: int, sign: float) -> float:
     return sign * float(term.source.bounded(q)[i] - term.q[i])
 
 
-def _side(setting: Setting, fit: Fit, place: int, sign: float, room: float) -> _Side:
-    """One side of a number that has so much room there."""
+def _first(fit: Fit, place: int, term: Term, i: int) -> float:
+    """How far a number's interval reaches by the curvature and the allowance for the formula."""
+    form = term.source.effect.parameters[i].form if isinstance(term.source, Named) else 0.0
+    return Z_95 * math.hypot(float(_ridge(fit, place)[place]), form * float(term.q[i]))
+
+
+def _side(setting: Setting, fit: Fit, place: int, first: float, room: float) -> _Side:
+    """One side of a number that has so much room there, asked first at a distance."""
+    sign, far = math.copysign(1.0, first), abs(first)
     deviation = float(_ridge(fit, place)[place])
     # A descent over a rough likelihood ends on a spike. What lies beside it is the level from
     # which the profile has to rise.
     near = _rise(setting, fit, fit, place, sign * min(_NEAR * deviation, room))
     spike = max(near - _NEAR**2, 0.0) if math.isfinite(near) else 0.0
-    here, at, low, root, far, best = fit, 0.0, 0.0, 0.0, Z_95 * deviation, -WORTH_A_ROUND
+    goal = fit.value + spike + Z_95**2
+    here, at, low, root, best = fit, 0.0, 0.0, 0.0, -WORTH_A_ROUND
     better = None
     for _ in range(_STEPS):
         far = min(far, room)
         rise = _rise(setting, fit, here, place, sign * (far - at))
         if not best < rise or not _root(rise, spike) < Z_95:
-            there = _followed(setting, here, place, sign * (far - at))
-            rise = math.inf if there is None else there.value - fit.value
-            if there is not None and math.isfinite(rise):
-                here, at = there, far
+            try:
+                here, value = _followed(setting, here, place, sign * (far - at), goal)
+                at, rise = far, value - fit.value
+            except (InputError, OverflowError, np.linalg.LinAlgError):
+                rise = math.inf
         if rise < best:
             best, better = rise, here
         elif better is not None:
@@ -130,20 +140,25 @@ def _rise(setting: Setting, fit: Fit, here: Fit, place: int, distance: float) ->
     return value - fit.value if math.isfinite(value) else math.inf
 
 
-def _followed(setting: Setting, here: Fit, place: int, distance: float) -> Fit | None:
-    """The fit with a number moved and all else at its best."""
-    try:
-        there = evaluate(setting, *point_along(setting, here, _step(here, place, distance)))
-        damping = 1e-4
-        for _ in range(_FOLLOWING):
-            held = _held(there, place)
-            after, damping = joint_step(setting, held, damping, tries=2, least=_PROMISE)
-            if after is held:
-                break
-            there = after
-    except (InputError, OverflowError, np.linalg.LinAlgError):
-        return None
-    return there
+def _followed(
+    setting: Setting, here: Fit, place: int, distance: float, goal: float
+) -> tuple[Fit, float]:
+    """The fit with a number moved and all else at its best, and the value there.
+
+    Where all else promises no fall below a goal, the value is what it promises.
+    """
+    there = evaluate(setting, *point_along(setting, here, _step(here, place, distance)))
+    damping = 1e-4
+    for _ in range(_FOLLOWING if math.isfinite(there.value) else 0):
+        held = _held(there, place)
+        promise = float(held.gradient @ inverse(held.information) @ held.gradient)
+        if not there.value - promise < goal:
+            return there, there.value - promise
+        after, damping = joint_step(setting, held, damping, tries=2, least=_PROMISE)
+        if after is held:
+            break
+        there = after
+    return there, there.value
 
 
 def _held(fit: Fit, place: int) -> Fit:
