@@ -82,3 +82,12 @@ def test_a_number_that_leads_on_where_the_slopes_say_none_is_followed():
     assert found.value < halted.value - WORTH_A_ROUND
     told = numbers_of(found, found.terms[0]).values()
     assert all(n.low < value < n.high for n, value in zip(told, true.tolist(), strict=True))
+
+
+def test_a_number_of_which_the_slopes_tell_nothing_has_no_end():
+    setting, fit = fitted("lower_stribeck", (0.0235, 0.2), ["Tsl"])
+    information = fit.information.copy()
+    information[-2:] = information[:, -2:] = 0.0
+    ends, better = interval_ends(setting, replace(fit, information=information))
+    assert better is None
+    assert (ends == 0.0).all()

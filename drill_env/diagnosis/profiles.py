@@ -17,11 +17,11 @@ from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env.diagnosis.extended import evaluate, value_at
 from drill_env.diagnosis.fit import Fit, Setting
+from drill_env.diagnosis.intervals import Z_95
 from drill_env.diagnosis.joint import WORTH_A_ROUND, joint_step, point_along
 from drill_env.diagnosis.terms import Named, Term, at_rest
 from drill_env.identification.coordinates import inverse
 
-Z_95 = 1.959964
 # Steps to one side, each as long as all before it; steps in which all else follows one of them.
 _STEPS, _FOLLOWING = 5, 2
 # Deviations from a fit at which what its likelihood rises is roughness.
@@ -78,7 +78,8 @@ def _room(term: Term, i: int, sign: float) -> float:
 
 def _first(fit: Fit, place: int, term: Term, i: int) -> float:
     """How far a number's interval reaches by the curvature and the allowance for the formula."""
-    form = term.source.effect.parameters[i].form if isinstance(term.source, Named) else 0.0
+    p = term.source.effect.parameters[i] if isinstance(term.source, Named) else None
+    form = p.form if p is not None and p.role != "phase" else 0.0
     return Z_95 * math.hypot(float(_ridge(fit, place)[place]), form * float(term.q[i]))
 
 
@@ -128,6 +129,8 @@ def _ridge(fit: Fit, place: int) -> FloatArray:
 
 def _step(here: Fit, place: int, distance: float) -> FloatArray:
     ridge = _ridge(here, place)
+    if not ridge[place] > 0.0:
+        raise np.linalg.LinAlgError("the slopes tell nothing of this number")
     return distance / float(ridge[place]) * ridge
 
 
