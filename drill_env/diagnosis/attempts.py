@@ -37,7 +37,7 @@ _HEATS = ((4, 0.3, 6, False), (6, 0.4, 3, True), (6, 0.5, 3, True))
 _MOVES = 1.0
 # Resonances are retuned if they gain this share of the best one.
 _HOPEFUL_RESONANCE = 0.5
-# What a resonance is told by.
+# The numbers of a resonance.
 _SWINGS = {"frequency", "damping"}
 # How many names are begun again with the usual noise then, if they gain this share of the best
 # one, and for how many rounds; and by which factor they must gain to be begun once more.

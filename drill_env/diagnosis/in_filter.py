@@ -19,6 +19,8 @@ from drill_env.effects import Effect
 from drill_env.identification.coordinates import inverse
 
 _PROBINGS = 2
+# Most descents from one better fit to the next, a bound on the work alone: eight opened cases needed
+# three at most.
 _DESCENTS = 6
 # Shares of a number: by less rounding shows, by more the formula bends.
 _NEAREST, _FURTHEST = 1e-4, 0.05

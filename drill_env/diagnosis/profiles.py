@@ -2,7 +2,7 @@
 
 Gauss-Newton steps hold the filter's gains, and each disc that comes to rest or leaves it makes the
 likelihood jump. So where the slopes say that a fit is at its end a number may still lead on, and
-their curvature may say little of how far it is told. Each is moved until the readings have become
+their curvature may say little of how uncertain it is. Each is moved until the readings have become
 improbable, all else following (Venzon and Moolgavkar, Applied Statistics 37 (1988) 87-94).
 """
 
@@ -24,9 +24,11 @@ from drill_env.identification.coordinates import inverse
 
 # Steps to one side, each as long as all before it; steps in which all else follows one of them.
 _STEPS, _FOLLOWING = 5, 2
-# Deviations from a fit at which what its likelihood rises is roughness.
+# Deviations from a fit at which a smooth likelihood rises by their square alone, 0.25 of the 3.84
+# at an interval's end: what it rises beyond that is roughness.
 _NEAR = 0.5
-# Falls of minus twice the log likelihood that are worth no step.
+# Falls of minus twice the log likelihood that are worth no step: they move an interval's end, where
+# it is 3.84, by a hundredth.
 _PROMISE = 0.1
 
 
