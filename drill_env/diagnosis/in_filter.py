@@ -19,7 +19,7 @@ from drill_env.effects import Effect
 from drill_env.identification.coordinates import inverse
 
 _PROBINGS = 2
-# Most descents from one better fit to the next, a bound on the work alone: eight opened cases needed
+# Most descents from one better fit to the next, a bound on the work: eight opened cases needed
 # three at most.
 _DESCENTS = 6
 # Shares of a number: by less rounding shows, by more the formula bends.
