@@ -18,8 +18,12 @@ MOVE = 1e-6
 
 @kernel
 def fastest_rate(p, e, s, out, slopes):
-    """Largest rate (1/s) at which the inner states relax or ring in the signal at hand."""
+    """Largest rate (1/s) at which the inner states relax or ring in the signal at hand.
+
+    On the branches that they are on: across a jump from one to the other a slope is no rate.
+    """
     ask(p, e, s, out)
+    choose, s.choose = s.choose, 0
     for i in range(e.states):
         slopes[4, i] = e.rate[i]
     for j in range(e.states):
@@ -30,6 +34,7 @@ def fastest_rate(p, e, s, out, slopes):
         e.z[j] = kept
         for i in range(e.states):
             slopes[i, j] = (e.rate[i] - slopes[4, i]) / step
+    s.choose = choose
     fastest = 0.0
     for i in range(e.states):
         for j in range(e.states):
