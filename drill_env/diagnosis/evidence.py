@@ -111,9 +111,6 @@ def decided(
         return replace(found, rounds=(first, *later), final=final), table
     found = replace(found, rounds=(first, *(judge.asked_beside(r, found) for r in later)))
     final = judge.climbed(found, taken, table)
-    if final is not found.final:
-        # The search carried on what it ended with alone.
-        final = within_filter(found.setting, final)
     if final.terms[0].id != taken.term.id:
         # Beside another name it is by far more probable than what was taken alone.
         first = replace(first, weights={final.terms[0].id: 1.0})
@@ -225,15 +222,22 @@ class _Judge:
         return row, borne and not at_range_end(term)
 
     def climbed(self, found: Found, taken: Attempt, table: Weighed) -> Fit:
-        """The name that was taken with what stands beside it."""
+        """The name that was taken with what stands beside it, carried on within the filter."""
         steps = [r.later or r.before for r in found.rounds[1:]] + [found.final]
         same = [s for s in steps if [t.id for t in s.terms] == [taken.term.id]]
         here = min(same, key=lambda s: s.bic, default=None) or polished(self.setting, taken.fit)
+        here = self._carried_on(here, found)
         for step in steps:
             longer = len(step.terms) > len(here.terms)
             if longer and not _improbable(found, step.terms[-1].id):
-                here = step if self.earned(here, step, table.whole) else here
+                # What the first name gains there is no gain of the second.
+                there = self._carried_on(step, found)
+                here = there if self.earned(here, there, table.whole) else here
         return here
+
+    def _carried_on(self, fit: Fit, found: Found) -> Fit:
+        """The fit within the filter; that is where the search left what it ended with."""
+        return fit if fit is found.final else within_filter(self.setting, fit)
 
     def earned(self, here: Fit, step: Fit, whole: float) -> bool:
         """Whether one more term is listed beside those before it, as the first one is.
