@@ -100,6 +100,25 @@ def test_a_disc_that_turns_back_repeats_no_row():
     np.testing.assert_array_equal(np.flatnonzero(stale_rows(lost)[0]), fast)
 
 
+@pytest.mark.parametrize("lost", [0, 12])
+def test_a_disc_that_sticks_for_a_moment_repeats_no_row(lost):
+    """A fine encoder counts many a row beside a short rest; lost rows are made up for after it."""
+    t, step = np.arange(8000) / 200.0, 2 * math.pi / 4e6
+    # It comes to rest once a second, stands for 20 ms and goes on.
+    speed = np.maximum(1.0 + 1.01 * np.cos(2 * math.pi * t), 0.0)
+    angle = np.round(np.cumsum(speed) / 200.0 / step) * step
+    both = np.column_stack([angle, angle])
+    assert repeats(both).sum() > 100
+    rows = 50 + 600 * np.arange(1, lost + 1)
+    assert not repeats(both)[rows].any()
+    both[rows] = both[rows - 1]
+    recording = Recording(
+        t, np.zeros_like(t), *both.T, quanta={"theta_u": step, "theta_l": step}
+    )  # fmt: skip
+    told = np.flatnonzero(stale_rows(recording)[0])
+    assert set(told) >= set(rows) if lost else not len(told)
+
+
 def repeats(values):
     """Rows at which both encoders show what they showed before, shape (n,), none at the ends."""
     same = np.zeros(len(values), dtype=bool)

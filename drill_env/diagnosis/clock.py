@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import norm, poisson
 
-from drill_env._types import BoolArray, FloatArray
+from drill_env._types import BoolArray, FloatArray, IntArray
 from drill_env.diagnosis.glitches import without_glitches
 from drill_env.identification.noise import shiver
 from drill_env.identification.samples import Samples
@@ -21,6 +21,9 @@ _STALE_SPEED = 5.0
 # Rows over which the speed is told, more than go missing in a row.
 _STALE_REACH = 12
 _SPEED_REACH = 4
+# Steps that the first one after lost rows is at least as long as, 2, and after a rest at most, 1:
+# between the two.
+_MADE_UP = 1.5
 
 FEWEST = 5
 """Stale rows that make a fault."""
@@ -29,7 +32,7 @@ FEWEST = 5
 def stale_rows(recording: Recording) -> tuple[BoolArray, int]:
     """Rows that repeat the one before while the rig turned, shape (n,), and how many turned.
 
-    None where noise of several counts makes so many by chance.
+    None where noise of several counts makes so many by chance, or where the discs stood.
     """
     none = np.zeros(len(recording), dtype=np.bool_)
     angles = recording.angles()
@@ -49,8 +52,27 @@ def stale_rows(recording: Recording) -> tuple[BoolArray, int]:
     noise = np.maximum(noise / step, 1.0 / math.sqrt(12.0))
     expected = float(_repeated_by_chance(slower[turning], noise).prod(axis=1).sum())
     if poisson.sf(same.sum() - 1, expected) < norm.sf(Criteria().z):
-        none[rows] = same
+        ways = np.sign(gone) * (slower > _STALE_SPEED) / step
+        if _caught_up(values, rows[same], ways[same]):
+            none[rows] = same
     return none, int(turning.sum())
+
+
+def _caught_up(values: FloatArray, rows: IntArray, ways: FloatArray) -> bool:
+    """Whether readings make up for the rows that they missed, in their sum.
+
+    After a lost row the next step is at least two steps long, and usual again after that. A disc
+    that stood begins with a step that is no longer than those to come.
+
+    Args:
+        values: readings, shape (n, c).
+        rows: that repeat the one before, ascending.
+        ways: what turns each encoder's steps there into counts along its motion; 0 where it stands.
+    """
+    last = np.append(np.diff(rows) != 1, True)
+    ends, ways = rows[last], ways[last]
+    first, later = (float((ways * (values[ends + k] - values[ends + k - 1])).sum()) for k in (1, 2))
+    return first > _MADE_UP * later
 
 
 def _repeated_by_chance(speed: FloatArray, noise: FloatArray) -> FloatArray:
