@@ -29,6 +29,7 @@ class Compiling(NamedTuple):
 
 
 _observers: list[Callable[[Compiling], None]] = []
+_spent = [0.0]
 
 
 def observe(observer: Callable[[Compiling], None]) -> None:
@@ -40,6 +41,16 @@ def announce(state: Compiling) -> None:
     """Tell all observers."""
     for observer in _observers:
         observer(state)
+
+
+def add_seconds(seconds: float) -> None:
+    """Count CPU seconds that a compilation took."""
+    _spent[0] += seconds
+
+
+def spent() -> float:
+    """CPU seconds that all compilations of this process have taken."""
+    return _spent[0]
 
 
 class Lines:

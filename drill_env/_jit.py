@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import gc
 import hashlib
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -20,7 +21,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.typing.templates import signature as typed
 from numba.extending import intrinsic
 
-from drill_env._compiling import Compiling, announce
+from drill_env._compiling import Compiling, add_seconds, announce
 from drill_env._part_compiler import FITS, PartCompiler
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -98,6 +99,7 @@ class _Watch(event.Listener):
         self._needed: set[Dispatcher] = set()
         self._depth = 0
         self._collects = False
+        self._began = 0.0
 
     def on_start(self, event: Any) -> None:
         """A kernel begins."""
@@ -108,6 +110,7 @@ class _Watch(event.Listener):
             )
             self._collects = gc.isenabled()
             gc.disable()
+            self._began = time.thread_time()
         self._depth += 1
         self._tell(made, finished=False)
 
@@ -115,6 +118,7 @@ class _Watch(event.Listener):
         """A kernel is compiled."""
         self._depth -= 1
         if self._depth == 0:
+            add_seconds(time.thread_time() - self._began)
             self._tell(event.data["dispatcher"], finished=True)
             if self._collects:
                 gc.enable()

@@ -6,6 +6,8 @@ import math
 import time
 from collections.abc import Callable
 
+from drill_env._compiling import spent
+
 Report = Callable[[str], bool | None]
 """Told what is done next; where it returns True, what can be left out is left out."""
 
@@ -33,15 +35,16 @@ class Watch:
         Args:
             report: told what is done next, and asked whether to end.
             seconds: of this process' CPU after which the search is ended. They depend
-                less than the clock's on what else the machine does.
+                less than the clock's on what else the machine does; those of compiling,
+                which is done once, do not count.
         """
         self.report, self.seconds = report, seconds
         self.ended = ""
-        self._began = time.process_time()
+        self._began = _worked()
 
     def over(self) -> bool:
         """Whether it is ended, asked within one thing that takes long."""
-        if not self.ended and time.process_time() - self._began > self.seconds:
+        if not self.ended and _worked() - self._began > self.seconds:
             self.ended = f"{self.seconds:g} s of CPU"
         return bool(self.ended)
 
@@ -51,6 +54,10 @@ class Watch:
         if not self.ended and asked:
             self.ended = ASKED
         return self.over()
+
+
+def _worked() -> float:
+    return time.process_time() - spent()
 
 
 def over_by(report: Report) -> Callable[[], bool]:

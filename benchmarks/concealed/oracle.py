@@ -108,7 +108,7 @@ def from_base(setting: Setting, base: Fit, effects: Sequence[str]) -> Fit | None
     """The fit that begins at the tool's rig and adds the true effects as its search does."""
     here = base
     for name in effects:
-        scored = score_effects(linearised_at(setting, here), [LIBRARY[name]])
+        scored = score_effects(linearised_at(setting, here), [LIBRARY[name]], 1)
         if not scored:
             return None
         here = first_look(setting, here, scored[0]).start(setting, here)

@@ -19,7 +19,7 @@ from drill_env.diagnosis.attempts import attempted, goal_of
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import added, gain_of, own_values
-from drill_env.diagnosis.grids import grid_of
+from drill_env.diagnosis.grids import gains_over, grid_of
 from drill_env.diagnosis.in_filter import moved_in
 from drill_env.diagnosis.joint import WORTH_A_ROUND, descend_jointly
 from drill_env.diagnosis.linearised import Linearised
@@ -100,7 +100,11 @@ def _best_alone(
 ) -> tuple[Fit, list[Fit]]:
     """The lowest point with an effect from the highest peaks of one recording, and these."""
     points = [source.bounded(q) for q in grid]
-    peaks = _peaks(points, _gains(setting, fit, source, points))
+    own = own_values(setting, fit)
+    gains = gains_over(
+        points, lambda some: [gain_of(setting, fit, Term(source, q), own) for q in some]
+    )
+    peaks = _peaks(points, gains)
     starts = [added(setting, fit, Term(source, q)) for q in peaks]
     starts = [descend_jointly(setting, s, limit=1, enough=1.0, only=None) for s in starts]
     first = _raced(setting, min(starts, key=lambda there: there.value), goal)
@@ -116,15 +120,10 @@ def _raced(setting: Setting, start: Fit, goal: float = math.inf) -> Fit:
     )
 
 
-def _gains(setting: Setting, fit: Fit, source: Named, points: Sequence[FloatArray]) -> list[float]:
-    own = own_values(setting, fit)
-    return [gain_of(setting, fit, Term(source, q), own) for q in points]
-
-
-def _peaks(points: Sequence[FloatArray], gains: Sequence[float]) -> list[FloatArray]:
+def _peaks(points: Sequence[FloatArray], gains: FloatArray) -> list[FloatArray]:
     """The best points that are apart from each other."""
     found: list[FloatArray] = []
-    for i in sorted(range(len(points)), key=lambda i: -gains[i]):
+    for i in np.argsort(-gains, kind="stable"):
         q = np.maximum(points[i], 1e-12)
         if all(np.abs(np.log(q / np.maximum(f, 1e-12))).max() > np.log(_CLOSE) for f in found):
             found.append(points[i])

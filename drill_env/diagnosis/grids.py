@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -25,6 +25,10 @@ _WIDE = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 _DECLARED_FOR = {"voltage": 4.5, "omega_u": 8.0, "omega_l": 13.0, "twist": 7.0}
 # Of what brakes the upper disc.
 _BACK_EMF = (0.45, 0.9)
+
+# Points of a grid beyond which a third of them is asked first, and how many of the best of these
+# have their neighbours asked.
+_DENSE, _CLIMBED = 100, 3
 
 # Of one turn, for the search of orders.
 _BINS = 512
@@ -57,6 +61,32 @@ def grid_of(effect: Effect, linearised: Linearised) -> list[FloatArray]:
             values = tuple(np.arange(0.02, 0.99, 0.03) * end)
         axes.append(values)
     return [np.array(point) for point in itertools.product(*axes)]
+
+
+def gains_over(
+    points: Sequence[FloatArray], gains_of: Callable[[list[FloatArray]], Sequence[float]]
+) -> FloatArray:
+    """What each point of a grid gains, -inf for those that were not asked.
+
+    Of a dense grid over several numbers a third is asked, evenly spread, then the neighbours of the
+    best ones (a fractional factorial design; Box, Hunter and Hunter, Statistics for Experimenters,
+    2nd ed. 2005, chapter 6).
+
+    Args:
+        points: the grid, row by row.
+        gains_of: tells the gains of some points.
+    """
+    if len(points) <= _DENSE:
+        return np.array(gains_of(list(points)), dtype=np.float64)
+    places = np.stack([np.unique(axis, return_inverse=True)[1] for axis in np.array(points).T], 1)
+    gains = np.full(len(points), -np.inf)
+    first = np.flatnonzero(places.sum(axis=1) % 3 == 0)
+    gains[first] = gains_of([points[i] for i in first.tolist()])
+    best = first[np.argsort(-gains[first])[:_CLIMBED]]
+    apart = (places[:, np.newaxis] != places[best]).sum(axis=2)
+    near = np.setdiff1d(np.flatnonzero((apart == 1).any(axis=1)), first)
+    gains[near] = gains_of([points[i] for i in near.tolist()])
+    return gains
 
 
 def _scale(p: EffectParameter, effect: Effect, linearised: Linearised) -> float:

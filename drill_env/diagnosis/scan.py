@@ -10,7 +10,7 @@ import numpy as np
 
 from drill_env._types import BoolArray, FloatArray
 from drill_env.diagnosis.extended import THREADS
-from drill_env.diagnosis.grids import around, grid_of
+from drill_env.diagnosis.grids import around, gains_over, grid_of
 from drill_env.diagnosis.late_readings import unread
 from drill_env.diagnosis.linearised import ROUNDING, Known, Linearised
 from drill_env.diagnosis.stiction_starts import best_at_rest
@@ -29,8 +29,13 @@ _DULL = 4.0
 _LEAST, _MOST = 0.3, 3.0
 # Share of a column's information that must be new; less is an alias of what is there.
 _ALIAS = 1e-5
-# Points of a grid that are scored at once, beyond which one recording chooses, and how many.
-_BLOCK, _MANY, _WORTH = 32, 13, (8, 12)
+# Points of a grid that are scored at once.
+_BLOCK = 32
+# Of more points than this one recording chooses: a third, no fewer and no more than these.
+_MANY, _WORTH = 13, (8, 12)
+# A finer grid seldom finds more than twice the gain: names whose gain is less than this share of
+# what is worth a look stay where they are.
+_HOPE = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -159,26 +164,45 @@ def _solve(
     return Scored(Term(source, source.bounded(q)), gain)
 
 
-def score_effects(linearised: Linearised, effects: Iterable[Effect]) -> list[Scored]:
-    """The best numbers of each effect, best effect first."""
-    scored = []
-    for effect in effects:
+def score_effects(linearised: Linearised, effects: Iterable[Effect], width: int) -> list[Scored]:
+    """The best numbers of each effect, best effect first.
+
+    Args:
+        linearised: where they join.
+        effects: they.
+        width: how many of the best are worth a closer look.
+    """
+    found: dict[Effect, Scored] = {}
+    # The likelihood itself, which some are asked by, costs more than any score.
+    for effect in sorted(effects, key=lambda e: e.only_at_rest):
         if effect.only_at_rest:
-            found = best_at_rest(linearised, Named(effect))
-            scored += [Scored(*found)] if found else []
-            continue
-        best = best_point(linearised, Named(effect), grid_of(effect, linearised))
-        for level in range(_REFINEMENTS):
-            if best is None or best.gain < _DULL * linearised.dispersion:
-                break
-            if all(p.role != "shape" for p in effect.parameters):
-                break
-            finer = best_point(linearised, Named(effect), around(effect, best.term.q, level))
-            if finer is not None and finer.gain > best.gain:
-                best = finer
+            hope = _hope(found.values(), width) / linearised.dispersion
+            held = best_at_rest(linearised, Named(effect), hope)
+            best = None if held is None else Scored(held[0], held[1] * linearised.dispersion)
+        else:
+            best = best_point(linearised, Named(effect), grid_of(effect, linearised))
         if best is not None:
-            scored.append(Scored(best.term, best.gain / linearised.dispersion))
+            found[effect] = best
+    for level in range(_REFINEMENTS):
+        least = max(_hope(found.values(), width), _DULL * linearised.dispersion)
+        for effect in [e for e, s in found.items() if s.gain >= least and _has_grid(e)]:
+            points = around(effect, found[effect].term.q, level)
+            finer = best_point(linearised, Named(effect), points)
+            if finer is not None and finer.gain > found[effect].gain:
+                found[effect] = finer
+    scored = [Scored(s.term, s.gain / linearised.dispersion) for s in found.values()]
     return sorted(scored, key=lambda s: -s.gain)
+
+
+def _hope(found: Iterable[Scored], width: int) -> float:
+    """Gain from which a closer look may bring a name among so many that get one."""
+    gains = sorted((s.gain for s in found), reverse=True)
+    return _HOPE * max(gains[width - 1], 0.0) if len(gains) >= width else 0.0
+
+
+def _has_grid(effect: Effect) -> bool:
+    """Whether there is anything between the points of an effect's grid."""
+    return not effect.only_at_rest and any(p.role == "shape" for p in effect.parameters)
 
 
 def score_shapes(linearised: Linearised, shapes: Iterable[Shape]) -> list[Scored]:
@@ -216,10 +240,12 @@ def best_point(
     """
     if len(points) > _MANY:
         # One recording tells which points are worth the others' time.
-        first = _scored_points(linearised, source, points, [_telling(linearised, source)])
-        order = sorted(range(len(points)), key=lambda i: -_gain(first[i]))
+        one = [_telling(linearised, source)]
+        first = gains_over(
+            points, lambda some: [_gain(s) for s in _scored_points(linearised, source, some, one)]
+        )
         few, most = _WORTH
-        worth = order[: min(max(len(points) // 3, few), most)]
+        worth = np.argsort(-first)[: min(max(len(points) // 3, few), most)]
         points = [points[i] for i in sorted(worth)]
     return max(_scored_points(linearised, source, points), key=_gain, default=None)
 

@@ -127,7 +127,7 @@ def _scores(
     waves = free_waves({effect.id for effect in effects})
     waves = [wave for wave in waves if not (moved and wave.effect.equation == "upper")]
     return (
-        score_effects(linearised, scored),
+        score_effects(linearised, scored, _widths(linearised.fit)[0]),
         score_shapes(linearised, shapes),
         score_waves(linearised, waves),
         score_strikes(linearised, discs=(1,) if moved else (0, 1)),
@@ -147,7 +147,7 @@ def _hopeful(
     """
     fit, wanted = linearised.fit, {effect.id for effect in effects}
     named, shapes, waves, strikes = scores
-    wide, wide_shapes = _LATER_WIDTHS if fit.terms else _WIDTHS
+    wide, wide_shapes = _widths(fit)
     struck = named_strikes(linearised, strikes, effects)
     likely = (*named[:wide], *shapes[:wide_shapes], *waves, *strikes, *struck)
     least, price = _least(fit, noisy), np.log(fit.count)
@@ -157,6 +157,11 @@ def _hopeful(
         *(Scored(*pair) for pair in lost
           if pair[0].id in wanted and pair[1] - len(pair[0].q) * price > 0.0),
     ]  # fmt: skip
+
+
+def _widths(fit: Fit) -> tuple[int, int]:
+    """How many effects and shapes get a first look at a fit."""
+    return _LATER_WIDTHS if fit.terms else _WIDTHS
 
 
 def _left_unusual(setting: Setting, fit: Fit, done: Sequence[Attempt]) -> bool:

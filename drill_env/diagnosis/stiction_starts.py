@@ -28,16 +28,20 @@ _LEAST, _APART = 0.7, 1.2
 _NEAR, _BETWEEN, _WORTH = 5, (0.9, 0.95, 1.05, 1.1), 6
 
 
-def best_at_rest(linearised: Linearised, source: Named) -> tuple[Term, float] | None:
+def best_at_rest(
+    linearised: Linearised, source: Named, hope: float = 0.0
+) -> tuple[Term, float] | None:
     """The numbers of an effect that make the recordings most likely while the rig stays.
 
     Args:
         linearised: where the effect joins.
         source: it.
+        hope: fall of minus twice the log likelihood that is worth asking all recordings.
 
     Returns:
         The term, and the fall of minus twice the log likelihood; None where no disc ever rested, or
-        no size gains on the recording that rests most its share of what the numbers cost.
+        no size gains on the recording that rests most its share of what the numbers cost and of
+        what is hoped for.
     """
     setting, fit = linearised.setting, linearised.fit
     disc = 0 if source.effect.equation == "upper" else 1
@@ -52,7 +56,7 @@ def best_at_rest(linearised: Linearised, source: Named) -> tuple[Term, float] | 
     one = alone(setting, fit, int(np.argmax(rested)))
     first = _gains(*one, terms)
     least = WORTH_A_ROUND * len(source.effect.parameters) / len(setting.samples)
-    if max(map(_gain, first)) <= least:
+    if max(map(_gain, first)) <= max(least, hope * max(rested) / sum(rested)):
         # Where a disc rests most it would show most; no size there gains its share of what its
         # numbers cost, and one of each valley was among them.
         return None
