@@ -34,18 +34,20 @@ class Watch:
 
         Args:
             report: told what is done next, and asked whether to end.
-            seconds: of this process' CPU after which the search is ended. They depend
-                less than the clock's on what else the machine does; those of compiling,
-                which is done once, do not count.
+            seconds: by the clock and of this process' CPU after which the search is ended.
+                By the clock alone it would try less where the machine does other things,
+                of CPU alone where several threads work. Compiling, which is done once,
+                does not count.
         """
         self.report, self.seconds = report, seconds
         self.ended = ""
-        self._began = _worked()
+        self._began = _spent_on_work()
 
     def over(self) -> bool:
         """Whether it is ended, asked within one thing that takes long."""
-        if not self.ended and _worked() - self._began > self.seconds:
-            self.ended = f"{self.seconds:g} s of CPU"
+        since = (now - then for now, then in zip(_spent_on_work(), self._began, strict=True))
+        if not self.ended and min(since) > self.seconds:
+            self.ended = f"{self.seconds:g} s"
         return bool(self.ended)
 
     def __call__(self, text: str) -> bool:
@@ -56,8 +58,9 @@ class Watch:
         return self.over()
 
 
-def _worked() -> float:
-    return time.process_time() - spent()
+def _spent_on_work() -> tuple[float, float]:
+    """Seconds by the clock and of CPU, without those of compiling."""
+    return time.monotonic() - spent(), time.process_time() - spent()
 
 
 def over_by(report: Report) -> Callable[[], bool]:

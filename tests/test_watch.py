@@ -30,7 +30,21 @@ def test_a_search_ends_when_its_time_is_over_and_stays_ended():
         pass
     assert watch("two")
     assert watch("three")
-    assert watch.ended == "0.05 s of CPU"
+    assert watch.ended == "0.05 s"
+
+
+def test_neither_an_idle_process_nor_a_second_thread_ends_a_search(monkeypatch):
+    """It ends when its time is over by the clock and by what it worked."""
+    clock, cpu = [0.0], [0.0]
+    monkeypatch.setattr(time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(time, "process_time", lambda: cpu[0])
+    watch = Watch(lambda text: None, 10.0)
+    clock[0], cpu[0] = 11.0, 9.0
+    assert not watch("other processes had the machine")
+    clock[0], cpu[0] = 9.0, 17.0
+    assert not watch("two threads worked")
+    clock[0], cpu[0] = 10.5, 17.0
+    assert watch("both")
 
 
 def test_compiling_takes_none_of_the_time():
@@ -134,4 +148,4 @@ def test_a_descent_ends_within_when_the_time_is_over(recordings):
     whole = descend_jointly(setting, far, limit=10, enough=1e-6)
     part = descend_jointly(replace(setting, over=over_by(watch)), far, limit=10, enough=1e-6)
     assert whole.value < part.value < far.value
-    assert watch.ended == "0 s of CPU"
+    assert watch.ended == "0 s"

@@ -71,7 +71,7 @@ StrictOption = Annotated[
 ]
 ThoroughOption = Annotated[
     bool,
-    typer.Option("--thorough", help="Search to the end, not for two minutes of CPU at most."),
+    typer.Option("--thorough", help="Search to the end, not for two minutes at most."),
 ]
 SeedOption = Annotated[int, typer.Option(min=0, help="Seed of the noise floor and intervals.")]
 

@@ -21,8 +21,8 @@ class DiagnosisOptions:
         doubt: relative standard deviation of the given rig's parameters. It holds the rig sensible
             where physics is missing; widen it for a rig that is only roughly known.
         seed: of what is drawn.
-        seconds: of CPU after which no more is looked for and what is known is judged. A diagnosis
-            of four recordings of a minute takes 15 to 100.
+        seconds: by the clock and of CPU after which no more is looked for and what is known is
+            judged. A diagnosis of four recordings of a minute takes 15 to 100.
     """
 
     leave_out: tuple[str, ...] = ()
