@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -13,6 +14,7 @@ from drill_env.diagnosis import grid_starts
 from drill_env.diagnosis.attempts import attempted, confused_with
 from drill_env.diagnosis.fit_changes import added
 from drill_env.diagnosis.grid_starts import descended, has_peaks
+from drill_env.diagnosis.grids import gains_over
 from drill_env.diagnosis.joint import descend_until, polished
 from drill_env.diagnosis.linearised import linearised_at
 from drill_env.diagnosis.scan import best_point
@@ -118,8 +120,29 @@ def test_all_recordings_that_rest_say_where_a_hold_begins():
         *recorded("dwell_stiction", (0.004, 1.76), "square", "square"),
     ]
     setting, base = setting_of(*samples)
-    found = best_at_rest(linearised_at(setting, base), Named(LIBRARY["dwell_stiction"]))
+    linearised, source = linearised_at(setting, base), Named(LIBRARY["dwell_stiction"])
+    found = best_at_rest(linearised, source)
     assert found is not None and found[1] > 0.0
+    # Where others explain far more, they are not asked.
+    assert best_at_rest(linearised, source, 100.0 * found[1]) is None
+
+
+@pytest.mark.parametrize("peak", [(0.3, 1.0, -2.0, 0.0, 1.0), (-3.0, -1.0, 2.0, 1.0, 0.0)])
+def test_the_peak_of_a_dense_grid_is_found_by_half_of_its_points(peak):
+    axes = [np.linspace(-4.0, 4.0, n) for n in (10, 3, 4, 2, 2)]
+    grid = [np.array(point) for point in itertools.product(*axes)]
+    # Two numbers that make up for each other, as a frequency and a stiffness do.
+    bent = np.eye(5)
+    bent[0, 2] = bent[2, 0] = 0.6
+
+    def gains(points):
+        asked.extend(points)
+        return [float(-(q - peak) @ bent @ (q - peak)) for q in points]
+
+    asked = []
+    told = gains_over(grid, gains)
+    assert len(asked) < 0.5 * len(grid)
+    assert int(np.argmax(told)) == int(np.argmax(gains(grid)))
 
 
 def test_what_a_free_shape_explains_best_is_asked_of_gears_too(monkeypatch):

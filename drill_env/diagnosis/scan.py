@@ -33,8 +33,8 @@ _ALIAS = 1e-5
 _BLOCK = 32
 # Of more points than this one recording chooses: a third, no fewer and no more than these.
 _MANY, _WORTH = 13, (8, 12)
-# A finer grid seldom finds more than twice the gain: names whose gain is less than this share of
-# what is worth a look stay where they are.
+# Names whose gain is less than this share of what is worth a look get no finer grid: on three
+# practice cases the best 16 stayed the same.
 _HOPE = 0.5
 
 
