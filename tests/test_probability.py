@@ -76,6 +76,7 @@ def test_a_second_name_that_its_own_round_gives_no_chance_is_not_told(monkeypatc
     second = Round(one, (), (tried,), (), {"torque_pulse": weight, "friction_lag": 1.0 - weight})
     found = Found(None, None, (first, second), two)  # type: ignore[arg-type]
     monkeypatch.setattr(evidence._Judge, "earned", lambda *args: True)
+    monkeypatch.setattr(evidence, "within_filter", lambda setting, fit: fit)
     judge = evidence._Judge(None, (), Criteria())  # type: ignore[arg-type]
     taken = Attempt(one, one.terms[0], 1e3, 1e3)
     table = SimpleNamespace(whole=500.0)
