@@ -246,9 +246,8 @@ def test_a_step_never_ends_where_there_are_no_slopes(monkeypatch):
         return np.full_like(whole(*given), math.nan)
 
     noise = replace(base.noise, torque_u=1.01 * base.noise.torque_u)
-    step = joint_noise.NoiseStep(base.noise, noise, noise)
     for module in (joint, joint_noise):
         monkeypatch.setattr(module, "value_at", lambda *point: -math.inf)
     monkeypatch.setattr(extended, "whitened", broken)
-    assert joint_noise.with_noise(setting, base, step) is base
+    assert joint_noise.with_noise(setting, base, noise) is base
     assert joint._further(setting, base, base) is base

@@ -25,8 +25,9 @@ from tests.made_recordings import made
 def test_a_search_ends_when_its_time_is_over_and_stays_ended():
     watch = Watch(lambda text: None, 0.05)
     assert not watch("one")
-    began = time.process_time()
-    while time.process_time() - began < 0.06:
+    clock, cpu = time.monotonic(), time.process_time()
+    # Threads that other tests left may work, too: of CPU more may go by than by the clock.
+    while min(time.monotonic() - clock, time.process_time() - cpu) < 0.06:
         pass
     assert watch("two")
     assert watch("three")
@@ -49,12 +50,12 @@ def test_neither_an_idle_process_nor_a_second_thread_ends_a_search(monkeypatch):
 
 def test_compiling_takes_none_of_the_time():
     """Else the first search on a machine would try less than the second."""
-    watch = Watch(lambda text: None, 0.05)
+    watch = Watch(lambda text: None, 0.02)
     began = time.process_time()
     scope = {"entry": _jit.entry, "__name__": "drill_env.made_up"}
     exec("@entry\ndef cube(x):\n    return x * x * x", scope)
     assert scope["cube"](2.0) == 8.0
-    assert time.process_time() - began > 0.06
+    assert time.process_time() - began > 0.03
     assert not watch("one")
 
 

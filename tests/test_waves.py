@@ -77,6 +77,15 @@ def test_the_library_comes_before_waves_of_its_formulas():
     assert {"upper_wave_of_theta_u", "lower_wave_of_time"} < {w.id for w in free_waves(fewer)}
 
 
+def test_under_a_prescribed_upper_motion_each_torque_is_tried_once():
+    """The upper disc feels nothing then: two waves over one angle would be the same torque."""
+    there = free_waves((), moved=True)
+    felt = [(wave.effect.depends_on, wave.signs[1]) for wave in there]
+    assert all(lower != 0.0 for _, lower in felt)
+    assert len(set(felt)) == len(felt)
+    assert {name for name, _ in felt} == {wave.effect.depends_on for wave in free_waves(())}
+
+
 NAMES = {
     "upper_wave_of_time": "upper_disturbance",
     "lower_wave_of_time": "lower_disturbance",

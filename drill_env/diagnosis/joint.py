@@ -12,7 +12,7 @@ from drill_env._types import FloatArray
 from drill_env.diagnosis.extended import evaluate, value_at
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import with_new_motions
-from drill_env.diagnosis.joint_noise import SIZES, NoiseStep, better_noise, still, with_noise
+from drill_env.diagnosis.joint_noise import SIZES, better_noise, still, with_noise
 from drill_env.diagnosis.start_twist import twisted_by_start
 from drill_env.diagnosis.terms import Shape, Term, at_rest
 from drill_env.effects.along import Motion
@@ -209,16 +209,14 @@ def descend_until(
         # Where the filter breaks down no slope leads on.
         return start, True
     here, damping, settled, least = start, 1e-4, False, _PROMISE * enough
-    step: NoiseStep | None = None
     for left in range(limit + later - 1, later - 1, -1):
         before = here.value
         # A noise that hardly moved may rest for a round.
-        step = None if settled else better_noise(setting, here, only, step)
-        settled = step is not None and still(step.there, here.noise)
-        noise = None if step is None else step.further
+        noise = here.noise if settled else better_noise(setting, here, only)
+        settled = not settled and still(noise, here.noise)
         there, damping = joint_step(setting, here, min(damping, 1.0), noise, 2, least=least)
         if there is here:
-            here = with_noise(setting, here, step)
+            here = with_noise(setting, here, noise)
             there, damping = joint_step(setting, here, min(damping, 1.0), least=least)
         here = there
         gain = before - here.value

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from drill_env.diagnosis.applied import with_terms
 from drill_env.diagnosis.extended import evaluate, value_at
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.identification.noise import NoiseModel
-from drill_env.identification.noise_fit import LONGEST_STEP, noise_step
+from drill_env.identification.noise_fit import noise_step
 
 SIZES, TORQUES = (0, 1), (0, 1, 2, 3)
 """Places of the torques' sizes in a noise model, and of their sizes and correlation times."""
@@ -26,31 +26,13 @@ _MOST_ROUNDING = 2.0
 _STILL = 0.03
 
 
-@dataclass(frozen=True, slots=True)
-class NoiseStep:
-    """One step of scoring of a noise model, and where those to come would lead.
-
-    Attributes:
-        here: where it begins.
-        there: where it leads.
-        further: where all later ones would end if they shorten as the last two did.
-    """
-
-    here: NoiseModel
-    there: NoiseModel
-    further: NoiseModel
-
-
-def better_noise(
-    setting: Setting, here: Fit, only: Sequence[int] | None, before: NoiseStep | None = None
-) -> NoiseStep:
+def better_noise(setting: Setting, here: Fit, only: Sequence[int] | None) -> NoiseModel:
     """One step of the noise model.
 
     Args:
         setting: recordings.
         here: the point.
         only: places of the numbers that move, `SIZES` at less than half of the work; None for all.
-        before: the step before; without it nothing tells how steps shorten.
     """
     given = [
         with_terms(s, here.terms, here.rig, m)
@@ -60,25 +42,7 @@ def better_noise(
         given, here.starts, here.rig, here.noise, robust=setting.robust,
         only=only, known=here.traces,
     )  # fmt: skip
-    there = _bounded(setting, model)
-    step = NoiseStep(here.noise, there, there)
-    if before is None:
-        return step
-    return replace(step, further=_bounded(setting, extrapolated(step, before)))
-
-
-def extrapolated(step: NoiseStep, before: NoiseStep) -> NoiseModel:
-    """Where steps of scoring would end: Anderson, Journal of the ACM 12 (1965), of the last two.
-
-    Of noise that is next to none each step takes away the same small share.
-    """
-    here, there = step.here.vector(), step.there.vector()
-    last, moved = before.there.vector(), there - here
-    turn = moved - (last - before.here.vector())
-    share = float(moved @ turn) / max(float(turn @ turn), 1e-300)
-    whole = moved - share * (there - last)
-    whole *= min(1.0, LONGEST_STEP / max(float(np.abs(whole).max()), 1e-12))
-    return NoiseModel.from_vector(here + whole)
+    return _bounded(setting, model)
 
 
 def _bounded(setting: Setting, model: NoiseModel) -> NoiseModel:
@@ -108,21 +72,19 @@ def still(one: NoiseModel, other: NoiseModel) -> bool:
     return float(np.abs(one.vector() - other.vector()).max()) < _STILL
 
 
-def with_noise(setting: Setting, here: Fit, step: NoiseStep | None) -> Fit:
-    """The noise model moved alone: as far as it leads, or by less where a step is too long."""
-    if step is None:
+def with_noise(setting: Setting, here: Fit, noise: NoiseModel) -> Fit:
+    """The noise model moved alone, by half as much as long as the step is too long."""
+    if noise is here.noise:
         return here
     old = here.noise.vector()
-    plain = step.there.vector() - old
-    moves = [plain * 0.5**halved for halved in range(_HALVINGS)]
-    if step.further is not step.there:
-        moves.insert(0, step.further.vector() - old)
-    for move in moves:
-        model = NoiseModel.from_vector(old + move)
+    step = noise.vector() - old
+    for _ in range(_HALVINGS):
+        model = NoiseModel.from_vector(old + step)
         point = (here.vector, here.terms, model, here.starts, here.motions)
         if value_at(setting, *point) < here.value:
             there = evaluate(setting, *point)
             return there if there.value < here.value else here
-        if float(np.abs(move).max()) < 2.0 * _STILL:
+        step = 0.5 * step
+        if float(np.abs(step).max()) < _STILL:
             break
     return here

@@ -124,8 +124,7 @@ def _scores(
     moved = linearised.known[0].samples.recording.drive == "motion"
     shapes = free_shapes(linearised.fit.motions, linearised.setting.coordinates.free)
     shapes = tuple(s for s in shapes if not (moved and at_driven_disc(s)))
-    waves = free_waves({effect.id for effect in effects})
-    waves = [wave for wave in waves if not (moved and wave.effect.equation == "upper")]
+    waves = free_waves({effect.id for effect in effects}, moved=moved)
     return (
         score_effects(linearised, scored, _widths(linearised.fit)[0]),
         score_shapes(linearised, shapes),

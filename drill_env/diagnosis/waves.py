@@ -118,6 +118,8 @@ _PLACES: tuple[tuple[Literal["upper", "lower", "string"], str], ...] = (
     ("upper", "time"), ("upper", "theta_u"), ("lower", "time"), ("lower", "theta_l"),
     ("string", "theta_u"), ("string", "theta_l"),
 )  # fmt: skip
+# Where a prescribed motion of the upper disc leaves nothing that would be another wave.
+_NOTHING_ELSE = (("upper", "time"), ("upper", "theta_u"), ("string", "theta_l"))
 _KNOWN_AS = {
     "upper_wave_of_time": "upper_disturbance",
     "upper_wave_of_theta_u": "torque_ripple",
@@ -125,13 +127,16 @@ _KNOWN_AS = {
 }
 
 
-def free_waves(known: Container[str]) -> list[Wave]:
+def free_waves(known: Container[str], *, moved: bool = False) -> list[Wave]:
     """The waves for which the library has no name.
 
     Args:
         known: ids of the library; an effect of the same formula is its name.
+        moved: whether the motion of the upper disc is the input. Then no torque there shows, and
+            one of the string is a torque on the lower disc: over its angle they are the same.
     """
-    waves = [_wave(component, name) for component, name in _PLACES]
+    places = [place for place in _PLACES if not (moved and place in _NOTHING_ELSE)]
+    waves = [_wave(component, name) for component, name in places]
     return [wave for wave in waves if _KNOWN_AS.get(wave.id, "") not in known]
 
 

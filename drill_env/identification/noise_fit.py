@@ -17,9 +17,7 @@ from drill_env.identification.prediction_error import Trace, flat, path_of, read
 from drill_env.identification.samples import Samples
 from drill_env.parameters import Rig
 
-LONGEST_STEP = 2.0
-"""Of the logarithm of any number of a noise model at once."""
-
+_LONGEST_STEP = 2.0
 # Standard deviations of the prior on the logarithms: correlation times far from a tenth of a
 # second are hardly told from white or constant torques.
 _PRECISION = 1.0 / np.array([10.0, 10.0, 0.5, 0.5, *[10.0] * 4]) ** 2
@@ -70,7 +68,7 @@ def noise_step(
     gradient = (_PRECISION * (logs - prior) + np.sum([g for g, _ in parts], axis=0))[free]
     information = np.diag(_PRECISION) + np.sum([i for _, i in parts], axis=0)
     step = solved(information[np.ix_(free, free)], -gradient)
-    step *= min(1.0, LONGEST_STEP / max(float(np.abs(step).max()), 1e-12))
+    step *= min(1.0, _LONGEST_STEP / max(float(np.abs(step).max()), 1e-12))
     logs[free] += step
     return NoiseModel.from_vector(np.clip(logs, _FLOORS + size, _CEILINGS + size))
 
