@@ -50,11 +50,17 @@ def test_neither_an_idle_process_nor_a_second_thread_ends_a_search(monkeypatch):
 
 def test_compiling_takes_none_of_the_time():
     """Else the first search on a machine would try less than the second."""
+
+    def compiled(name: str) -> float:
+        scope = {"entry": _jit.entry, "__name__": "drill_env.made_up"}
+        exec(f"@entry\ndef {name}(x):\n    return x * x * x", scope)
+        return scope[name](2.0)
+
+    # The first one of a process loads the compiler, too.
+    compiled("first")
     watch = Watch(lambda text: None, 0.02)
     began = time.process_time()
-    scope = {"entry": _jit.entry, "__name__": "drill_env.made_up"}
-    exec("@entry\ndef cube(x):\n    return x * x * x", scope)
-    assert scope["cube"](2.0) == 8.0
+    assert compiled("cube") == 8.0
     assert time.process_time() - began > 0.03
     assert not watch("one")
 

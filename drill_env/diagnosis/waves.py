@@ -118,8 +118,8 @@ _PLACES: tuple[tuple[Literal["upper", "lower", "string"], str], ...] = (
     ("upper", "time"), ("upper", "theta_u"), ("lower", "time"), ("lower", "theta_l"),
     ("string", "theta_u"), ("string", "theta_l"),
 )  # fmt: skip
-# Where a prescribed motion of the upper disc leaves nothing that would be another wave.
-_NOTHING_ELSE = (("upper", "time"), ("upper", "theta_u"), ("string", "theta_l"))
+# Unfelt under a prescribed motion of the upper disc, or another one there.
+_NOT_IF_MOVED = (("upper", "time"), ("upper", "theta_u"), ("string", "theta_l"))
 _KNOWN_AS = {
     "upper_wave_of_time": "upper_disturbance",
     "upper_wave_of_theta_u": "torque_ripple",
@@ -135,7 +135,7 @@ def free_waves(known: Container[str], *, moved: bool = False) -> list[Wave]:
         moved: whether the motion of the upper disc is the input. Then no torque there shows, and
             one of the string is a torque on the lower disc: over its angle they are the same.
     """
-    places = [place for place in _PLACES if not (moved and place in _NOTHING_ELSE)]
+    places = [place for place in _PLACES if not (moved and place in _NOT_IF_MOVED)]
     waves = [_wave(component, name) for component, name in places]
     return [wave for wave in waves if _KNOWN_AS.get(wave.id, "") not in known]
 
