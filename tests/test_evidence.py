@@ -67,6 +67,7 @@ def made_up(monkeypatch):
         return (fit.unseen / BLOCKS + fit.scatter * noise) if judge.held else np.zeros(0)
 
     monkeypatch.setattr(evidence._Judge, "blocks", blocks)
+    monkeypatch.setattr(evidence._Judge, "foresee", lambda judge, fits: None)
     monkeypatch.setattr(evidence._Judge, "marks", lambda judge: [0] * BLOCKS)
     monkeypatch.setattr(evidence, "polished", lambda setting, fit: fit)
     monkeypatch.setattr(evidence, "within_filter", lambda setting, fit: fit)

@@ -84,7 +84,7 @@ def test_unseen_recordings_tell_the_share_where_there_are_any(
     monkeypatch: pytest.MonkeyPatch, alone: float, completes: bool
 ):
     """By the likelihood of what was fitted both are near a half; squared errors say more."""
-    monkeypatch.setattr(module, "judge", lambda *args: judged(alone))
+    monkeypatch.setattr(module, "judge_all", lambda *args: (judged(alone),))
     pair = found("quadratic_drag", "lower_stribeck", 500.0, 1000.0)
     told = one_law(pair, [SimpleNamespace()], [judged(1.0)], [judged(0.01)], CRITERIA)  # type: ignore[list-item]
     assert told == ({"lower_stribeck": "quadratic_drag"} if completes else {})

@@ -22,11 +22,11 @@ def test_a_friction_law_with_which_all_is_predicted_far_worse_is_none(monkeypatc
         for bic in (0.0, -500.0)
     )
 
-    def judge(samples, setting, fit):
+    def judge_all(held, setting, fit):
         short = nothing + (error if fit is humped.final else 1.0)
-        return SimpleNamespace(value=0.0, short=short, measured=nothing)
+        return [SimpleNamespace(value=0.0, short=short, measured=nothing)]
 
-    monkeypatch.setattr(module, "judge", judge)
+    monkeypatch.setattr(module, "judge_all", judge_all)
     monkeypatch.setattr(module, "errors_by_noise", lambda *args: {})
     monkeypatch.setattr(module, "follow", lambda judged: True)
     monkeypatch.setattr(module, "only_if_they_follow", lambda found, before, after: found)

@@ -20,7 +20,7 @@ from drill_env.diagnosis.evidence import Weighed, decided
 from drill_env.diagnosis.explained import that_explain
 from drill_env.diagnosis.faults import find_faults
 from drill_env.diagnosis.follows import follow, only_if_they_follow
-from drill_env.diagnosis.held_out import Judged, judge, judged_channels, rms
+from drill_env.diagnosis.held_out import Judged, judge_all, judged_channels, rms
 from drill_env.diagnosis.law import LawFit, law_fit
 from drill_env.diagnosis.noise_floor import errors_by_noise
 from drill_env.diagnosis.offered import free_parameters, offered_effects
@@ -240,8 +240,8 @@ def _held_out(
     ready = cleaned(ready, found.setting.jitter)
     base, setting = (law.before, law.setting) if law else (found.base, found.setting)
     found, table = decided(found, ready, Criteria())
-    before = tuple(judge(s, setting, base) for s in ready)
-    after = tuple(judge(s, found.setting, found.final) for s in ready)
+    before = judge_all(ready, setting, base)
+    after = judge_all(ready, found.setting, found.final)
     if law and (_far_further(before, after) or not follow(after)):
         return _held_out(plain, None, held, seed)
     drawn = errors_by_noise(ready, found.final, after, seed)
@@ -250,13 +250,13 @@ def _held_out(
     if found.follows:
         found = that_explain(found, before, after, drawn, Criteria())
     if found.final is not named:
-        after = tuple(judge(s, found.setting, found.final) for s in ready)
+        after = judge_all(ready, found.setting, found.final)
     if found.follows:
         found = with_residual_torque(
             found, setting, base, law is not None, before, after, Criteria()
         )
     if found.final is not named:
-        after = tuple(judge(s, found.setting, found.final) for s in ready)
+        after = judge_all(ready, found.setting, found.final)
         drawn = errors_by_noise(ready, found.final, after, seed)
     if law and found.residual_shape is not None:
         return _held_out(plain, None, held, seed)

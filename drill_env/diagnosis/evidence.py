@@ -9,12 +9,14 @@ the filter with the numbers that were fitted (Dawid, Journal of the Royal Statis
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from drill_env._threads import each
 from drill_env._types import FloatArray
 from drill_env.diagnosis.block_densities import block_count, block_densities
 from drill_env.diagnosis.fit import Fit, Setting
@@ -150,20 +152,22 @@ class _Judge:
     setting: Setting
     held: Sequence[Samples]
     criteria: Criteria
+    foreseen: dict[Fit, FloatArray] = field(default_factory=dict)
 
     def weighed(self, found: Round) -> Weighed:
         """A round's attempts.
 
         A shape where an earlier name acts is the difference of that name's law, and no rival.
         """
-        before = self.blocks(found.before)
         taken = [place_of(term)[0] for term in found.before.terms]
         shapes = [a for a in found.shapes if place_of(a.term)[0] not in taken]
         entrants, attempts = [], {}
         for attempt in (*found.named[:_NAMES], *shapes[:_SHAPES]):
-            if attempt.term.id in attempts:
-                continue
-            row, stands = self.row(attempt, before)
+            attempts.setdefault(attempt.term.id, attempt)
+        fits = [a.fit for a in attempts.values() if not _once(a.term)]
+        self.foresee((found.before, *fits))
+        for attempt in attempts.values():
+            row, stands = self.row(attempt, found.before)
             component, depends_on = place_of(attempt.term)
             source = attempt.term.source
             common = isinstance(source, Named) and source.effect.common
@@ -173,7 +177,6 @@ class _Judge:
                     stands, row,
                 )
             )  # fmt: skip
-            attempts[attempt.term.id] = attempt
         return Weighed(chosen(entrants, listing(self.criteria)), tuple(entrants), attempts)
 
     def asked_beside(self, later: Round, found: Found) -> Round:
@@ -185,10 +188,10 @@ class _Judge:
             return later
         return self.weighed(later).restated(later)
 
-    def row(self, attempt: Attempt, before: FloatArray) -> tuple[Row, bool]:
+    def row(self, attempt: Attempt, before: Fit) -> tuple[Row, bool]:
         """One attempt, and whether it is determined and held-out recordings bear it."""
         once = _once(attempt.term)
-        gains = np.zeros(0) if once else self.blocks(attempt.fit) - before
+        gains = np.zeros(0) if once else self.blocks(attempt.fit) - self.blocks(before)
         return self.compared(attempt.term, 0.5 * attempt.criterion, gains)
 
     def compared(self, term: Term, told: float, gains: FloatArray) -> tuple[Row, bool]:
@@ -290,9 +293,20 @@ class _Judge:
 
     def blocks(self, fit: Fit) -> FloatArray:
         """Log density of the readings in each block of held-out recordings, nats."""
-        degrees = self.criteria.degrees
-        parts = [block_densities(samples, self.setting, fit, degrees) for samples in self.held]
-        return np.concatenate(parts) if parts else np.zeros(0)
+        self.foresee([fit])
+        return self.foreseen[fit]
+
+    def foresee(self, fits: Sequence[Fit]) -> None:
+        """Have the blocks of several fits, each predicted once."""
+        fresh = [fit for fit in dict.fromkeys(fits) if fit not in self.foreseen]
+
+        def densities(job: tuple[Fit, Samples]) -> FloatArray:
+            return block_densities(job[1], self.setting, job[0], self.criteria.degrees)
+
+        parts = iter(each(densities, itertools.product(fresh, self.held)))
+        for fit in fresh:
+            own = [next(parts) for _ in self.held]
+            self.foreseen[fit] = np.concatenate(own) if own else np.zeros(0)
 
     def marks(self) -> list[int]:
         """Which recording each block is of."""

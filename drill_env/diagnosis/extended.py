@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
+from drill_env._threads import each
 from drill_env._types import FloatArray
 from drill_env.diagnosis.applied import acting, as_heavy, effects_of, with_terms
 from drill_env.diagnosis.fit import Fit, Setting, prior, start_prior
@@ -22,8 +22,6 @@ from drill_env.identification.prediction_error import Path, Trace, flat, path_of
 from drill_env.identification.samples import Samples
 from drill_env.identification.smoothing import slopes_of, smoothed
 from drill_env.parameters import SYMBOLS, Rig
-
-THREADS = 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -153,10 +151,7 @@ def evaluate(
     rig = setting.coordinates.rig(vector)
     jacobian = setting.coordinates.jacobian(vector)
     jobs = list(zip(setting.samples, starts, motions, strict=True))
-    with ThreadPoolExecutor(THREADS) as pool:
-        parts = list(
-            pool.map(lambda j: _part(j[0], setting, rig, jacobian, terms, noise, j[1], j[2]), jobs)
-        )
+    parts = each(lambda j: _part(j[0], setting, rig, jacobian, terms, noise, j[1], j[2]), jobs)
     weight, miss = prior(setting, vector, terms)
     gradient = np.sum([p.gradient for p in parts], axis=0) + weight * miss
     information = np.sum([p.information for p in parts], axis=0) + np.diag(weight)
@@ -188,7 +183,6 @@ def value_at(
         return path.value + lost + float(np.sum(weights * miss**2))
 
     jobs = list(zip(setting.samples, starts, motions, strict=True))
-    with ThreadPoolExecutor(THREADS) as pool:
-        value = sum(pool.map(one, jobs))
+    value = sum(each(one, jobs))
     weight, miss = prior(setting, vector, terms)
     return value + float(weight @ miss**2)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 
+from drill_env._threads import each
 from drill_env._types import FloatArray
 from drill_env.diagnosis.applied import with_terms
-from drill_env.diagnosis.extended import THREADS, evaluate, lost_value, motion_of
+from drill_env.diagnosis.extended import evaluate, lost_value, motion_of
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.terms import Term, corrected
 from drill_env.effects.along import Motion
@@ -28,8 +28,7 @@ def with_new_motions(setting: Setting, here: Fit) -> Fit:
         path = path_of(given, here.rig, here.noise, job[1], setting.robust)
         return motion_of(given, here.noise, path)
 
-    with ThreadPoolExecutor(THREADS) as pool:
-        motions = list(pool.map(again, jobs))
+    motions = each(again, jobs)
     return evaluate(setting, here.vector, here.terms, here.noise, here.starts, motions)
 
 
@@ -64,8 +63,7 @@ def own_values(setting: Setting, here: Fit) -> list[float]:
         given = with_terms(job[0], here.terms, here.rig, job[2])
         return value_of(given, here.rig, here.noise, job[1], setting.robust)
 
-    with ThreadPoolExecutor(THREADS) as pool:
-        return list(pool.map(one, jobs))
+    return each(one, jobs)
 
 
 def gain_of(setting: Setting, here: Fit, term: Term, own: Sequence[float] | None = None) -> float:
@@ -89,8 +87,7 @@ def gain_of(setting: Setting, here: Fit, term: Term, own: Sequence[float] | None
         return old - value - lost_value(samples, after, value, count)
 
     jobs = list(zip(setting.samples, own, starts, here.motions, strict=True))
-    with ThreadPoolExecutor(THREADS) as pool:
-        total = sum(pool.map(change, jobs))
+    total = sum(each(change, jobs))
     return total if math.isfinite(total) else -math.inf
 
 

@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from drill_env._threads import each
 from drill_env._types import FloatArray
 from drill_env._watch import Report
 from drill_env.diagnosis.attempts import attempted, goal_of
@@ -102,11 +103,15 @@ def _best_alone(
     points = [source.bounded(q) for q in grid]
     own = own_values(setting, fit)
     gains = gains_over(
-        points, lambda some: [gain_of(setting, fit, Term(source, q), own) for q in some]
+        points, lambda some: each(lambda q: gain_of(setting, fit, Term(source, q), own), some)
     )
     peaks = _peaks(points, gains)
-    starts = [added(setting, fit, Term(source, q)) for q in peaks]
-    starts = [descend_jointly(setting, s, limit=1, enough=1.0, only=None) for s in starts]
+
+    def followed(q: FloatArray) -> Fit:
+        start = added(setting, fit, Term(source, q))
+        return descend_jointly(setting, start, limit=1, enough=1.0, only=None)
+
+    starts = each(followed, peaks)
     first = _raced(setting, min(starts, key=lambda there: there.value), goal)
     inside = moved_in(setting, first)
     # Along a motion that knows the future a gear may follow anything.

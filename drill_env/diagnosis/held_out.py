@@ -9,7 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drill_env._errors import InputError
+from drill_env._threads import each
 from drill_env._types import FloatArray, IntArray
+from drill_env.diagnosis.applied import with_terms
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.extended import lost_value, motion_of
 from drill_env.diagnosis.fit import Fit, Setting
@@ -104,10 +106,22 @@ def judge(samples: Samples, setting: Setting, fit: Fit) -> Judged:
     )  # fmt: skip
 
 
-def remaining(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, FloatArray]:
-    """What all samples say of the motion under a fit, and the latent torques (Nm, shape (n, 2))."""
-    motion, given, path = followed(samples, setting, fit)
-    return motion, _latent(samples, smoothed(given, fit.noise, path).states)
+def remaining(setting: Setting, fit: Fit) -> list[tuple[Motion, FloatArray]]:
+    """What all samples of each fitted recording say of its motion, and the latent torques (Nm)."""
+
+    def one(job: tuple[Samples, FloatArray, Motion]) -> tuple[Motion, FloatArray]:
+        samples, starts, motion = job
+        given = with_terms(samples, fit.terms, fit.rig, motion)
+        path = path_of(given, fit.rig, fit.noise, starts, setting.robust)
+        latent = _latent(samples, smoothed(given, fit.noise, path).states)
+        return motion_of(given, fit.noise, path), latent
+
+    return each(one, zip(setting.samples, fit.starts, fit.motions, strict=True))
+
+
+def judge_all(held: Sequence[Samples], setting: Setting, fit: Fit) -> tuple[Judged, ...]:
+    """Each recording under a fit, see `judge`."""
+    return tuple(each(lambda samples: judge(samples, setting, fit), held))
 
 
 def followed(samples: Samples, setting: Setting, fit: Fit) -> tuple[Motion, Samples, Path]:

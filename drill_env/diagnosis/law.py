@@ -165,7 +165,7 @@ def _with_own_law(fit: Fit, plain: Found, rig: Rig) -> Found:
 def _left_at_the_brake(plain: Found) -> bool:
     """Whether the motion predicts what a simpler law leaves over at the lower disc."""
     fit, setting = plain.final, plain.setting
-    left = residual_torque_of([Latent(*remaining(s, setting, fit)) for s in setting.samples])
+    left = residual_torque_of([Latent(*one) for one in remaining(setting, fit)])
     return left.shares[1] > PREDICTABLE
 
 

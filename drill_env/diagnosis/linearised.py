@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
+from drill_env._threads import each
 from drill_env._types import FloatArray
 from drill_env.diagnosis.applied import with_terms
-from drill_env.diagnosis.extended import THREADS, whitened
+from drill_env.diagnosis.extended import whitened
 from drill_env.diagnosis.fit import Fit, Setting, prior
 from drill_env.effects.along import Motion
 from drill_env.identification.coordinates import solved
@@ -101,8 +101,7 @@ def linearised_at(setting: Setting, fit: Fit) -> Linearised:
         )
 
     jobs = list(zip(setting.samples, fit.starts, fit.motions, strict=True))
-    with ThreadPoolExecutor(THREADS) as pool:
-        found = list(pool.map(known, jobs))
+    found = each(known, jobs)
     parts = tuple(k for k, _ in found)
     m = len(fit.gradient)
     # As in the fit itself: else scores grow by what rigs do that nobody believes in.

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from drill_env._errors import InputError
+from drill_env._threads import each
 from drill_env._types import FloatArray, IntArray
 from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.fit import Fit
@@ -49,12 +50,15 @@ def errors_by_noise(
     """
     rng = np.random.default_rng(seed)
     extended = extended_rig(fit.rig, fit.terms)
-    out: dict[str, list[FloatArray]] = {"free": [], "short": []}
-    for given, j in zip(samples, judged, strict=True):
-        torque = _drawn(given, fit.noise, rng)
-        for which, rows in (("free", given.restarts), ("short", j.spans)):
-            out[which].append(_shaken(given, extended, torque, j.motion, rows))
-    return out
+    torques = [_drawn(given, fit.noise, rng) for given in samples]
+    jobs = list(zip(samples, torques, judged, strict=True))
+
+    def shaken(job: tuple[Samples, FloatArray, Judged]) -> list[FloatArray]:
+        given, torque, j = job
+        return [_shaken(given, extended, torque, j.motion, r) for r in (given.restarts, j.spans)]
+
+    found = each(shaken, jobs)
+    return {"free": [free for free, _ in found], "short": [short for _, short in found]}
 
 
 def noise_floor(

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from drill_env.diagnosis.explained import squares_of
 from drill_env.diagnosis.fit import Fit
-from drill_env.diagnosis.held_out import Judged, judge
+from drill_env.diagnosis.held_out import Judged, judge_all
 from drill_env.diagnosis.rounds import Found, place_of
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import Effect
@@ -87,6 +87,6 @@ def _share(
         alone, whole = found.base.bic - fewer.bic, found.base.bic - found.final.bic
     else:
         rig, all_of_them = squares_of(before).mean(), squares_of(after).mean()
-        few = squares_of([judge(s, found.setting, fewer) for s in held]).mean()
+        few = squares_of(judge_all(held, found.setting, fewer)).mean()
         alone, whole = rig - few, rig - all_of_them
     return alone / whole if whole > 0.0 else 0.0

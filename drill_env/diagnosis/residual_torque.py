@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drill_env._threads import each
 from drill_env._types import FloatArray
 from drill_env.diagnosis.learners import known_of, share_of
 from drill_env.diagnosis.shapes import COORDINATES
@@ -63,7 +64,7 @@ def residual_torque_of(latents: Sequence[Latent]) -> ResidualTorque:
     known = [known_of(list(COORDINATES), one.motion) for one in latents]
     torques = [one.torques for one in latents]
     rows = np.concatenate(torques)
-    first, second = (share_of(known, [t[:, disc] for t in torques]) for disc in range(2))
+    first, second = each(lambda disc: share_of(known, [t[:, disc] for t in torques]), range(2))
     sizes = np.sqrt(np.mean(rows**2, axis=0)).tolist()
     return ResidualTorque((first, second), (sizes[0], sizes[1]))
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
+from drill_env._threads import each
 from drill_env._types import BoolArray, FloatArray
-from drill_env.diagnosis.extended import THREADS
 from drill_env.diagnosis.grids import around, gains_over, grid_of
 from drill_env.diagnosis.late_readings import unread
 from drill_env.diagnosis.linearised import ROUNDING, Known, Linearised
@@ -87,8 +86,7 @@ def _moments(
             new * (columns.T @ known.white), np.outer(new, new) * left, new * sums[:m],
         )  # fmt: skip
 
-    with ThreadPoolExecutor(THREADS) as pool:
-        parts = list(pool.map(one, told))
+    parts = each(one, told)
     score, information, shared = (np.sum([p[i] for p in parts], axis=0) / share for i in range(3))
     # What a step of the known directions alone would still gain is no candidate's.
     along = shared.T @ linearised.cross
@@ -172,24 +170,24 @@ def score_effects(linearised: Linearised, effects: Iterable[Effect], width: int)
         effects: they.
         width: how many of the best are worth a closer look.
     """
-    found: dict[Effect, Scored] = {}
-    # The likelihood itself, which some are asked by, costs more than any score.
-    for effect in sorted(effects, key=lambda e: e.only_at_rest):
-        if effect.only_at_rest:
-            hope = _hope(found.values(), width) / linearised.dispersion
-            held = best_at_rest(linearised, Named(effect), hope)
-            best = None if held is None else Scored(held[0], held[1] * linearised.dispersion)
-        else:
-            best = best_point(linearised, Named(effect), grid_of(effect, linearised))
-        if best is not None:
-            found[effect] = best
+    effects = list(effects)
+    quick = [effect for effect in effects if not effect.only_at_rest]
+    firsts = each(lambda e: best_point(linearised, Named(e), grid_of(e, linearised)), quick)
+    found = {e: best for e, best in zip(quick, firsts, strict=True) if best is not None}
+    # The likelihood itself, which these are asked by, costs more than any score.
+    for effect in [effect for effect in effects if effect.only_at_rest]:
+        hope = _hope(found.values(), width) / linearised.dispersion
+        held = best_at_rest(linearised, Named(effect), hope)
+        if held is not None:
+            found[effect] = Scored(held[0], held[1] * linearised.dispersion)
     for level in range(_REFINEMENTS):
         least = max(_hope(found.values(), width), _DULL * linearised.dispersion)
-        for effect in [e for e, s in found.items() if s.gain >= least and _has_grid(e)]:
-            points = around(effect, found[effect].term.q, level)
-            finer = best_point(linearised, Named(effect), points)
-            if finer is not None and finer.gain > found[effect].gain:
-                found[effect] = finer
+        hopeful = [e for e, s in found.items() if s.gain >= least and _has_grid(e)]
+        grids = [(e, around(e, found[e].term.q, level)) for e in hopeful]
+        finer = each(lambda grid: best_point(linearised, Named(grid[0]), grid[1]), grids)
+        for effect, best in zip(hopeful, finer, strict=True):
+            if best is not None and best.gain > found[effect].gain:
+                found[effect] = best
     scored = [Scored(s.term, s.gain / linearised.dispersion) for s in found.values()]
     return sorted(scored, key=lambda s: -s.gain)
 
@@ -207,7 +205,7 @@ def _has_grid(effect: Effect) -> bool:
 
 def score_shapes(linearised: Linearised, shapes: Iterable[Shape]) -> list[Scored]:
     """The best numbers of each free shape, best shape first."""
-    scored = [s for shape in shapes for s in scored_together(linearised, [shape])]
+    scored = each(lambda shape: scored_together(linearised, [shape])[0], shapes)
     return sorted(scored, key=lambda s: -s.gain)
 
 

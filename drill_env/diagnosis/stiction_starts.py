@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from drill_env._threads import each
 from drill_env._types import FloatArray, IntArray
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import gain_of, own_values
@@ -143,7 +144,7 @@ def of_recordings(setting: Setting, fit: Fit, places: Sequence[int]) -> tuple[Se
 
 def _gains(setting: Setting, fit: Fit, terms: list[Term]) -> list[tuple[Term, float]]:
     own = own_values(setting, fit)
-    return [(term, gain_of(setting, fit, term, own)) for term in terms]
+    return each(lambda term: (term, gain_of(setting, fit, term, own)), terms)
 
 
 def _gain(found: tuple[Term, float]) -> float:

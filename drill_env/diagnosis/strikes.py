@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drill_env._threads import each
 from drill_env._types import FloatArray
 from drill_env.diagnosis.linearised import Linearised
 from drill_env.diagnosis.scan import Scored, best_point, scored_together
@@ -98,17 +99,18 @@ def score_strikes(linearised: Linearised, discs: Sequence[int] = (0, 1)) -> list
     The slope of the likelihood by a torque that is held for a while is the sum of those by the
     torque of each row: one pass tells all moments.
     """
-    found = []
-    for disc in discs:
-        best = _best_of(linearised, disc, _moments_of(linearised, disc))
-        for level in range(_FINER):
-            if best is None or best.gain < _HOPEFUL * _SURE:
-                break
-            finer = _best_of(linearised, disc, _around(_strike_of(best), 0.5**level))
-            best = max(best, finer or best, key=lambda s: s.gain)
-        if best is not None:
-            found.append(best)
+    found = [s for s in each(lambda disc: _best_on(linearised, disc), discs) if s is not None]
     return sorted(found, key=lambda s: -s.gain)
+
+
+def _best_on(linearised: Linearised, disc: int) -> Scored | None:
+    best = _best_of(linearised, disc, _moments_of(linearised, disc))
+    for level in range(_FINER):
+        if best is None or best.gain < _HOPEFUL * _SURE:
+            break
+        finer = _best_of(linearised, disc, _around(_strike_of(best), 0.5**level))
+        best = max(best, finer or best, key=lambda s: s.gain)
+    return best
 
 
 def named_strikes(

@@ -125,7 +125,7 @@ def _latents(setting: Setting, fit: Fit, judged: Sequence[Judged]) -> list[Laten
     Lost counts are placed in the fitted ones alone.
     """
     told = torques_told(fit.noise, fit.rig)
-    found = [remaining(samples, setting, fit) for samples in setting.samples]
+    found = remaining(setting, fit)
     if not any(isinstance(term.source, LostCounts) for term in fit.terms):
         found += [(one.motion, one.torques) for one in judged]
     return [Latent(motion, torques * told) for motion, torques in found]

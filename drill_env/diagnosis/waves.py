@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from drill_env._threads import each
 from drill_env._types import FloatArray
 from drill_env.diagnosis.grids import MOST_PLACES
 from drill_env.diagnosis.linearised import Linearised
@@ -142,21 +143,23 @@ def free_waves(known: Container[str], *, moved: bool = False) -> list[Wave]:
 
 def score_waves(linearised: Linearised, waves: Iterable[Wave]) -> list[Scored]:
     """The best numbers of each wave, best first."""
-    scored = []
-    for wave in waves:
-        peaks, apart = _peaks(linearised, wave)
-        best = best_point(linearised, wave, _points(wave, peaks, apart, (-0.25, 0.0, 0.25)))
-        for level in range(_FINER):
-            if best is None:
-                break
-            shares = 0.125 * 0.4**level * np.array([-1.0, -0.5, 0.5, 1.0])
-            points = _points(wave, [float(best.term.q[2])], apart, shares.tolist())
-            finer = best_point(linearised, wave, points)
-            if finer is not None and finer.gain > best.gain:
-                best = finer
-        if best is not None:
-            scored.append(Scored(best.term, best.gain / linearised.dispersion))
+    found = each(lambda wave: _best(linearised, wave), waves)
+    scored = [Scored(s.term, s.gain / linearised.dispersion) for s in found if s is not None]
     return sorted(scored, key=lambda s: -s.gain)
+
+
+def _best(linearised: Linearised, wave: Wave) -> Scored | None:
+    peaks, apart = _peaks(linearised, wave)
+    best = best_point(linearised, wave, _points(wave, peaks, apart, (-0.25, 0.0, 0.25)))
+    for level in range(_FINER):
+        if best is None:
+            break
+        shares = 0.125 * 0.4**level * np.array([-1.0, -0.5, 0.5, 1.0])
+        points = _points(wave, [float(best.term.q[2])], apart, shares.tolist())
+        finer = best_point(linearised, wave, points)
+        if finer is not None and finer.gain > best.gain:
+            best = finer
+    return best
 
 
 def _points(

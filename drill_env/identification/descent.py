@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from drill_env._errors import InputError
+from drill_env._threads import each
 from drill_env._types import FloatArray
 from drill_env.identification.coordinates import POSITIVE, Coordinates
 from drill_env.identification.noise import NoiseModel
@@ -100,8 +99,7 @@ def point_at(
     rig = coordinates.rig(vector)
     starts = [s.starts for s in problem.samples] if starts is None else starts
     jobs = list(zip(problem.samples, problem.groups, starts, strict=True))
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        scores = list(pool.map(lambda j: score(j[0], rig, noise[j[1]], j[2], problem.robust), jobs))
+    scores = each(lambda j: score(j[0], rig, noise[j[1]], j[2], problem.robust), jobs)
     columns = [SYMBOLS.index(name) for name in coordinates.free]
     value = sum(s.value for s in scores)
     gradient = np.sum([s.gradient[columns] for s in scores], axis=0)

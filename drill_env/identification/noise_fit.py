@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from drill_env._threads import each
 from drill_env._types import FloatArray, IntArray
 from drill_env.identification._noise_slopes import N_NOISE, NOISE_SLOPES, noise_slopes
 from drill_env.identification.coordinates import solved
@@ -61,8 +60,7 @@ def noise_step(
         trace = trace or path_of(samples, rig, noise, start, robust).trace
         return derivatives_by_noise(samples, noise, trace, robust)
 
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        parts = list(pool.map(one, jobs))
+    parts = each(one, jobs)
     prior = usual_noise(rig).vector()
     size = np.where(np.arange(len(prior)) < 2, prior, 0.0)
     gradient = (_PRECISION * (logs - prior) + np.sum([g for g, _ in parts], axis=0))[free]

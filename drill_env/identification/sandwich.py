@@ -7,11 +7,9 @@ their own autocovariance (Newey and West, Econometrica 55 (1987) 703-708).
 
 from __future__ import annotations
 
-import os
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 
+from drill_env._threads import each
 from drill_env._types import FloatArray
 from drill_env.identification.coordinates import inverse
 from drill_env.identification.descent import Point, Problem
@@ -24,9 +22,8 @@ _LAG_S = 0.25
 def sandwich_covariance(problem: Problem, point: Point) -> FloatArray:
     """Covariance of the coordinates at the likelihood's lowest point, shape (free, free)."""
     bread = inverse(point.information)
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        meats = pool.map(lambda i: _meat(problem, point, i), range(len(problem.samples)))
-        meat = np.sum(list(meats), axis=0)
+    meats = each(lambda i: _meat(problem, point, i), range(len(problem.samples)))
+    meat = np.sum(meats, axis=0)
     return bread @ _widened(point.information, meat) @ bread
 
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from drill_env._errors import InputError
+from drill_env._threads import each
 from drill_env._types import FloatArray, VoltageFunction
 from drill_env.integrator.simulate import simulate
 from drill_env.integrator.trajectory import Trajectory
@@ -57,8 +56,7 @@ def simulate_batch(
         start = many["initial"][i]
         return simulate(many["rigs"][i], many["voltages"][i], seconds, initial=start, **options)
 
-    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-        return list(pool.map(run, range(count)))
+    return each(run, range(count), threads)
 
 
 def _starts(initial: FloatArray | Sequence[FloatArray]) -> list[Any]:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
 from drill_env._errors import InputError
+from drill_env._threads import each
 from drill_env._types import BoolArray, FloatArray
 from drill_env.parameters import Rig
 from drill_env.prediction.candidate import Candidate
@@ -112,8 +111,7 @@ def errors_of_each(
     def one(rig: Rig | None) -> FloatArray | None:
         return None if rig is None else _errors(rig, shift, setting.cuts)
 
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(one, rigs))
+    return each(one, rigs)
 
 
 def _errors(rig: Rig, shift: float, cuts: Sequence[Cut]) -> FloatArray:
@@ -159,8 +157,7 @@ class _Descent:
             except InputError:
                 return None
 
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
-            return list(pool.map(one, points))
+        return each(one, points)
 
     def value(self, errors: FloatArray, size: FloatArray, x: FloatArray) -> float:
         """Log density of the windows and of the numbers."""

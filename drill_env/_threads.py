@@ -1,0 +1,35 @@
+"""Independent work on several threads: compiled kernels leave the interpreter free."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+A = TypeVar("A")
+B = TypeVar("B")
+
+_here = threading.local()
+
+
+def each(job: Callable[[A], B], items: Iterable[A], threads: int | None = None) -> list[B]:
+    """What a job gives for each item, in their order.
+
+    Within such a job the items of another call follow one another: the processors are taken.
+
+    Args:
+        job: what is done.
+        items: with what.
+        threads: at once, as many as there are processors by default.
+    """
+    items = list(items)
+    if len(items) < 2 or getattr(_here, "taken", False):
+        return [job(item) for item in items]
+    with ThreadPoolExecutor(threads or os.cpu_count(), initializer=_take) as pool:
+        return list(pool.map(job, items))
+
+
+def _take() -> None:
+    _here.taken = True
