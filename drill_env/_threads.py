@@ -6,7 +6,7 @@ import os
 import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from typing import Any, TypeVar
 
 A = TypeVar("A")
 B = TypeVar("B")
@@ -29,6 +29,16 @@ def each(job: Callable[[A], B], items: Iterable[A], threads: int | None = None) 
         return [job(item) for item in items]
     with ThreadPoolExecutor(threads or os.cpu_count(), initializer=_take) as pool:
         return list(pool.map(job, items))
+
+
+def on_one_thread(job: Callable[..., B], *arguments: Any) -> B:
+    """What a job gives while its items follow one another: other processes have the processors."""
+    before = getattr(_here, "taken", False)
+    _take()
+    try:
+        return job(*arguments)
+    finally:
+        _here.taken = before
 
 
 def _take() -> None:

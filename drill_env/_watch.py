@@ -20,6 +20,16 @@ def never() -> bool:
     return False
 
 
+def stopwatch() -> Callable[[], float]:
+    """What tells seconds since now: by the clock or of this process' CPU, whichever are fewer.
+
+    By the clock alone a search would try less where the machine does other things, of CPU alone
+    where several threads work. Compiling, which is done once, does not count.
+    """
+    began = _spent_on_work()
+    return lambda: min(now - then for now, then in zip(_spent_on_work(), began, strict=True))
+
+
 class Watch:
     """A report that ends a search when its time is over or when somebody asks for it.
 
@@ -34,19 +44,15 @@ class Watch:
 
         Args:
             report: told what is done next, and asked whether to end.
-            seconds: by the clock and of this process' CPU after which the search is ended.
-                By the clock alone it would try less where the machine does other things,
-                of CPU alone where several threads work. Compiling, which is done once,
-                does not count.
+            seconds: of a `stopwatch` after which the search is ended.
         """
         self.report, self.seconds = report, seconds
         self.ended = ""
-        self._began = _spent_on_work()
+        self._worked = stopwatch()
 
     def over(self) -> bool:
         """Whether it is ended, asked within one thing that takes long."""
-        since = (now - then for now, then in zip(_spent_on_work(), self._began, strict=True))
-        if not self.ended and min(since) > self.seconds:
+        if not self.ended and self._worked() > self.seconds:
             self.ended = f"{self.seconds:g} s"
         return bool(self.ended)
 

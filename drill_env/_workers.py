@@ -14,6 +14,7 @@ from typing import Any, Protocol
 
 from drill_env._ending import end_with, uninterrupted
 from drill_env._errors import InputError, printable
+from drill_env._threads import on_one_thread
 
 Task = Callable[[Any, Any], Any]
 
@@ -62,7 +63,7 @@ class Processes:
         resource_tracker.ensure_running()
         # A terminal's interrupt reaches them too, and while they import it would be a traceback.
         with uninterrupted():
-            return self._executor().submit(task, *arguments)
+            return self._executor().submit(on_one_thread, task, *arguments)
 
     def stop(self, futures: Sequence[Future[Any]]) -> None:
         """End all processes."""
@@ -87,7 +88,7 @@ class Cluster:
     def __init__(self, jobs: int | None, address: str | None, retries: int) -> None:
         ray = self._ray = _connected(address, jobs)
         self._jobs, self._refs = jobs, {}
-        self._call = ray.remote(num_cpus=1, max_retries=retries)(_call)
+        self._call = ray.remote(num_cpus=1, max_retries=retries)(on_one_thread)
 
     @property
     def ahead(self) -> int:
@@ -97,7 +98,7 @@ class Cluster:
 
     def submit(self, task: Task, *arguments: Any) -> Future[Any]:
         """Begin a task wherever a core is free."""
-        ref = self._call.remote(task, arguments)
+        ref = self._call.remote(task, *arguments)
         future = ref.future()
         self._refs[future] = ref
         future.add_done_callback(lambda done: self._refs.pop(done, None))
@@ -107,10 +108,6 @@ class Cluster:
         """End what still runs; others use the cluster too."""
         for ref in list(self._refs.values()):
             self._ray.cancel(ref, force=True)
-
-
-def _call(task: Task, arguments: Sequence[Any]) -> Any:
-    return task(*arguments)
 
 
 def _connected(address: str | None, jobs: int | None) -> Any:

@@ -14,8 +14,14 @@ import pytest
 
 from drill_env import Engine, InputError
 from drill_env._engine import SERIAL, TaskError, outcomes, run
+from drill_env._threads import each
 
 TWO = Engine(jobs=2)
+
+
+def spread(number: int) -> bool:
+    """Whether independent work within a task leaves its thread."""
+    return threading.get_ident() not in each(lambda i: threading.get_ident(), range(2), threads=2)
 
 
 def numbers(seed: int) -> bytes:
@@ -74,6 +80,11 @@ def test_results_are_the_same_and_in_order_at_any_number_of_workers():
     assert seen == [(done, 8) for done in range(9)]
     assert list(run(numbers, range(8), Engine(jobs=3))) == alone
     assert list(run(numbers, [])) == []
+
+
+def test_tasks_that_share_the_processors_keep_to_one_thread_each():
+    assert list(run(spread, range(2), SERIAL)) == [True, True]
+    assert list(run(spread, range(2), TWO)) == [False, False]
 
 
 def test_no_more_is_begun_than_was_asked_for(tmp_path):

@@ -4,7 +4,7 @@ from threading import Barrier, get_ident
 
 import pytest
 
-from drill_env._threads import each
+from drill_env._threads import each, on_one_thread
 
 
 def test_results_keep_the_order_of_the_items_and_jobs_run_at_once():
@@ -32,3 +32,13 @@ def test_within_a_job_items_follow_one_another_on_its_thread():
 def test_an_error_of_a_job_reaches_the_caller():
     with pytest.raises(ZeroDivisionError):
         each(lambda item: 1 / item, [1, 0, 2], threads=2)
+
+
+def test_on_one_thread_nothing_leaves_it_until_the_job_is_done():
+    def idents(count: int) -> list[int]:
+        return each(lambda i: get_ident(), range(count), threads=2)
+
+    assert on_one_thread(idents, 3) == [get_ident()] * 3
+    with pytest.raises(TypeError):
+        on_one_thread(idents, None)  # type: ignore[arg-type]
+    assert get_ident() not in idents(3)

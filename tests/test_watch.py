@@ -5,13 +5,14 @@ from __future__ import annotations
 import signal
 import time
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
 from benchmarks.concealed.recordings import Hidden
 from drill_env import InputError, Rig, _jit
 from drill_env._watch import Watch, over_by
-from drill_env.cli._common import first_interrupt
+from drill_env.cli._common import first_interrupt, stages
 from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.diagnose import diagnose
 from drill_env.diagnosis.extended import evaluate
@@ -40,10 +41,19 @@ def test_neither_an_idle_process_nor_a_second_thread_ends_a_search(monkeypatch):
     monkeypatch.setattr(time, "monotonic", lambda: clock[0])
     monkeypatch.setattr(time, "process_time", lambda: cpu[0])
     watch = Watch(lambda text: None, 10.0)
+    told: list[str] = []
+    bar = SimpleNamespace(
+        disable=False, add_task=lambda text, total: 0,
+        update=lambda task, description: told.append(description),
+    )  # fmt: skip
+    tell = stages(bar, 10.0)  # type: ignore[arg-type]
     clock[0], cpu[0] = 11.0, 9.0
     assert not watch("other processes had the machine")
     clock[0], cpu[0] = 9.0, 17.0
     assert not watch("two threads worked")
+    tell("trying")
+    # What is told of the time is what ends it.
+    assert told == ["trying (9 of at most 10 s)"]
     clock[0], cpu[0] = 10.5, 17.0
     assert watch("both")
 

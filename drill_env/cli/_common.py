@@ -19,6 +19,7 @@ from typer.core import TyperCommand
 
 from drill_env._documents import plain
 from drill_env._errors import InputError, printable
+from drill_env._watch import stopwatch
 from drill_env.parameters import Rig, load_rig
 
 if TYPE_CHECKING:
@@ -94,15 +95,14 @@ def stages(
 
     Args:
         bar: of `progress_bar`.
-        most: CPU seconds that the work takes at most.
+        most: seconds of a `stopwatch` that the work takes at most.
         asked: set once the work is to end; that is what the report returns.
     """
-    task, last, began = bar.add_task("reading", total=None), time.monotonic(), time.process_time()
+    task, last, worked = bar.add_task("reading", total=None), time.monotonic(), stopwatch()
 
     def tell_stage(text: str) -> bool:
         nonlocal last
-        spent = time.process_time() - began
-        left = "" if math.isinf(most) else f" ({spent:.0f} of at most {most:.0f} s)"
+        left = "" if math.isinf(most) else f" ({worked():.0f} of at most {most:.0f} s)"
         bar.update(task, description=text + left)
         if bar.disable and time.monotonic() - last > SILENT:
             tell(f"{text}{left} ...")
