@@ -62,7 +62,9 @@ _TRIED, _TRIED_SHAPES, _TRIED_WAVES = 6, 3, 2
 _WORTH, _WORTH_BESIDE, _WORTH_BESIDE_IF_USUAL = -15.0, 0.0, 10.0
 
 
-def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report) -> Round:
+def search(
+    setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report, *, more: bool = False
+) -> Round:
     """Look for one more effect at a fit.
 
     Args:
@@ -70,6 +72,9 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
         fit: where to look.
         effects: the library.
         report: told what is done next, see `Report`.
+        more: whether another effect is looked for beside the one that is found here. What leaves
+            the noise unusual may be that one: effects that are found by the likelihood itself,
+            which takes long, are asked then.
     """
     report("scoring the library")
     linearised = linearised_at(setting, fit)
@@ -86,7 +91,8 @@ def search(setting: Setting, fit: Fit, effects: Sequence[Effect], report: Report
         done.append(carried_on(setting, fit, start, FIRST_ROUNDS))
     done = heated(setting, fit, done, TORQUES if noise else SIZES, report)
     done = settled_within(setting, fit, done, TORQUES if noise else SIZES)
-    unknown = _left_unusual(setting, fit, done) or shape_leads(done)
+    later = more and any(_believed(a, done) for a in done)
+    unknown = shape_leads(done) or (not later and _left_unusual(setting, fit, done))
     asked = peaked if unknown else confused_with(done, peaked)
     done = descended(linearised, asked, done, report)
     complete = not report("comparing what was tried")
@@ -169,6 +175,12 @@ def _left_unusual(setting: Setting, fit: Fit, done: Sequence[Attempt]) -> bool:
     return bool(unusual(setting, fit if best is None else best.fit))
 
 
+def _believed(attempt: Attempt, done: Sequence[Attempt]) -> bool:
+    """Whether an attempt is an effect beside which another one is looked for."""
+    likely = isinstance(attempt.term.source, Named) and attempt.criterion >= BELIEVED
+    return likely and not at_its_limit(attempt, done)
+
+
 def _least(fit: Fit, noisy: bool) -> float:
     """The least criterion by score that is worth a look."""
     if not fit.terms:
@@ -236,7 +248,7 @@ def _sought(
     while len({term.id for term in here.terms}) < most and len(rounds) <= most:
         if rounds and report("looking for more"):
             break
-        found = search(setting, here, effects, report)
+        found = search(setting, here, effects, report, more=len(here.terms) + 1 < most)
         if rounds:
             report("choosing")
             if not found.complete:
