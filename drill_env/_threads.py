@@ -11,6 +11,9 @@ from typing import Any, TypeVar
 A = TypeVar("A")
 B = TypeVar("B")
 
+PROCESSORS = os.cpu_count() or 1
+"""How many items are worked on at once."""
+
 _here = threading.local()
 
 
@@ -22,12 +25,12 @@ def each(job: Callable[[A], B], items: Iterable[A], threads: int | None = None) 
     Args:
         job: what is done.
         items: with what.
-        threads: at once, as many as there are processors by default.
+        threads: at once, `PROCESSORS` by default.
     """
-    items = list(items)
-    if len(items) < 2 or getattr(_here, "taken", False):
+    items, threads = list(items), threads or PROCESSORS
+    if min(len(items), threads) < 2 or getattr(_here, "taken", False):
         return [job(item) for item in items]
-    with ThreadPoolExecutor(threads or os.cpu_count(), initializer=_take) as pool:
+    with ThreadPoolExecutor(threads, initializer=_take) as pool:
         return list(pool.map(job, items))
 
 

@@ -46,3 +46,21 @@ def test_an_error_of_the_filters_noise_gains_and_costs_nothing(monkeypatch, heav
         truth = stats.t(DEGREES, scale=disturbed).logpdf(unseen).sum() - constant
         # One scale is estimated for each reading.
         assert right == pytest.approx(truth, abs=3.0)
+
+
+def test_each_fit_is_asked_once_of_each_recording(monkeypatch):
+    asked = []
+
+    def densities(samples, setting, fit, degrees):
+        asked.append((fit, samples))
+        return np.full(samples, float(fit))
+
+    monkeypatch.setattr(module, "block_densities", densities)
+    held = module.HeldOut((2, 1), None, DEGREES)  # type: ignore[arg-type]
+    held.ask([7, 8, 7])  # type: ignore[list-item]
+    assert held.blocks(8).tolist() == [8.0] * 3  # type: ignore[arg-type]
+    assert held.blocks(7).tolist() == [7.0] * 3  # type: ignore[arg-type]
+    assert held.blocks(9).tolist() == [9.0] * 3  # type: ignore[arg-type]
+    assert sorted(asked) == [(fit, n) for fit in (7, 8, 9) for n in (1, 2)]
+    alone = module.HeldOut((), None, DEGREES)  # type: ignore[arg-type]
+    assert alone.blocks(7).size == 0  # type: ignore[arg-type]

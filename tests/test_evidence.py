@@ -62,13 +62,13 @@ def made_up(monkeypatch):
     noise = np.random.default_rng(0).standard_normal(BLOCKS)
     noise = (noise - noise.mean()) / (noise.std(ddof=1) * np.sqrt(BLOCKS))
 
-    def blocks(judge, fit):
+    def blocks(held, fit):
         # The scatter is the standard error of the sum.
-        return (fit.unseen / BLOCKS + fit.scatter * noise) if judge.held else np.zeros(0)
+        return (fit.unseen / BLOCKS + fit.scatter * noise) if held.samples else np.zeros(0)
 
-    monkeypatch.setattr(evidence._Judge, "blocks", blocks)
-    monkeypatch.setattr(evidence._Judge, "foresee", lambda judge, fits: None)
-    monkeypatch.setattr(evidence._Judge, "marks", lambda judge: [0] * BLOCKS)
+    monkeypatch.setattr(evidence.HeldOut, "blocks", blocks)
+    monkeypatch.setattr(evidence.HeldOut, "ask", lambda held, fits: None)
+    monkeypatch.setattr(evidence.HeldOut, "marks", lambda held: [0] * BLOCKS)
     monkeypatch.setattr(evidence, "polished", lambda setting, fit: fit)
     monkeypatch.setattr(evidence, "within_filter", lambda setting, fit: fit)
 

@@ -1,9 +1,14 @@
-"""Log densities of a recording's readings, each predicted from those before it, in blocks."""
+"""Log densities of held-out readings, each predicted from those before it, in blocks."""
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
 import numpy as np
 
+from drill_env._threads import each
 from drill_env._types import FloatArray, IntArray
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import followed
@@ -12,6 +17,44 @@ from drill_env.prediction.likelihood import scales
 
 # Seconds within which innovations are taken as one: about a period of the string.
 _BLOCK = 5.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeldOut:
+    """Recordings that were not fitted, and how likely fits make their readings.
+
+    Attributes:
+        samples: the recordings.
+        setting: of the fits.
+        degrees: of freedom of Student's t.
+        known: of each fit that was asked, see `blocks`.
+    """
+
+    samples: Sequence[Samples]
+    setting: Setting
+    degrees: float
+    known: dict[Fit, FloatArray] = field(default_factory=dict)
+
+    def blocks(self, fit: Fit) -> FloatArray:
+        """Log density of the readings in each block of all recordings, nats, shape (blocks,)."""
+        self.ask([fit])
+        return self.known[fit]
+
+    def ask(self, fits: Sequence[Fit]) -> None:
+        """Have the blocks of several fits, each predicted once."""
+        fresh = [fit for fit in dict.fromkeys(fits) if fit not in self.known]
+
+        def densities(job: tuple[Fit, Samples]) -> FloatArray:
+            return block_densities(job[1], self.setting, job[0], self.degrees)
+
+        parts = iter(each(densities, itertools.product(fresh, self.samples)))
+        for fit in fresh:
+            own = [next(parts) for _ in self.samples]
+            self.known[fit] = np.concatenate(own) if own else np.zeros(0)
+
+    def marks(self) -> list[int]:
+        """Which recording each block is of."""
+        return [i for i, s in enumerate(self.samples) for _ in range(block_count(s))]
 
 
 def block_densities(samples: Samples, setting: Setting, fit: Fit, degrees: float) -> FloatArray:

@@ -9,16 +9,14 @@ the filter with the numbers that were fitted (Dawid, Journal of the Royal Statis
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from drill_env._threads import each
 from drill_env._types import FloatArray
-from drill_env.diagnosis.block_densities import block_count, block_densities
+from drill_env.diagnosis.block_densities import HeldOut
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.in_filter import within_filter
 from drill_env.diagnosis.intervals import sized
@@ -99,10 +97,11 @@ def decided(
     """
     if not found.rounds or not (found.rounds[0].named or found.rounds[0].shapes):
         return found, None
-    judge = _Judge(found.setting, held, criteria)
+    unseen = HeldOut(held, found.setting, criteria.degrees)
     if any(_once(a.term) for a in found.rounds[0].named[:1]):
         # Which counts will be lost in other recordings, lost counts do not tell.
-        judge = replace(judge, held=())
+        unseen = replace(unseen, samples=())
+    judge = _Judge(found.setting, unseen, criteria)
     table = judge.weighed(found.rounds[0])
     taken = table.taken
     if taken is None:
@@ -147,12 +146,17 @@ def _once(term: Term) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Judge:
-    """Evidence of fits, of held-out recordings by block."""
+    """Evidence of fits, of held-out recordings by block.
+
+    Attributes:
+        setting: of the fits.
+        held: recordings that were not fitted.
+        criteria: of the decision.
+    """
 
     setting: Setting
-    held: Sequence[Samples]
+    held: HeldOut
     criteria: Criteria
-    foreseen: dict[Fit, FloatArray] = field(default_factory=dict)
 
     def weighed(self, found: Round) -> Weighed:
         """A round's attempts.
@@ -165,7 +169,7 @@ class _Judge:
         for attempt in (*found.named[:_NAMES], *shapes[:_SHAPES]):
             attempts.setdefault(attempt.term.id, attempt)
         fits = [a.fit for a in attempts.values() if not _once(a.term)]
-        self.foresee((found.before, *fits))
+        self.held.ask((found.before, *fits))
         for attempt in attempts.values():
             row, stands = self.row(attempt, found.before)
             component, depends_on = place_of(attempt.term)
@@ -191,7 +195,7 @@ class _Judge:
     def row(self, attempt: Attempt, before: Fit) -> tuple[Row, bool]:
         """One attempt, and whether it is determined and held-out recordings bear it."""
         once = _once(attempt.term)
-        gains = np.zeros(0) if once else self.blocks(attempt.fit) - self.blocks(before)
+        gains = np.zeros(0) if once else self.held.blocks(attempt.fit) - self.held.blocks(before)
         return self.compared(attempt.term, 0.5 * attempt.criterion, gains)
 
     def compared(self, term: Term, told: float, gains: FloatArray) -> tuple[Row, bool]:
@@ -204,16 +208,16 @@ class _Judge:
                 which tells nothing of other recordings.
         """
         unseen = float(gains.sum())
-        error = standard_error(gains, self.marks()) if len(gains) else 0.0
-        gain, count = told + unseen, max(len(self.marks()), 1)
+        error = standard_error(gains, self.held.marks()) if len(gains) else 0.0
+        gain, count = told + unseen, max(len(self.held.marks()), 1)
         each = (gains if len(gains) else np.zeros(count)) + told / count
         # One block alone has no scatter.
         scatter = 0.0 < error < math.inf
-        z = z_of(each, self.marks()) if scatter else math.copysign(math.inf, gain)
+        z = z_of(each, self.held.marks()) if scatter else math.copysign(math.inf, gain)
         error = error if scatter else 0.0
         row = Row(
             term.id, gain, error, z, (told, unseen), len(term.q), each,
-            recordings=tuple(self.marks()),
+            recordings=tuple(self.held.marks()),
         )  # fmt: skip
         # What scatter may do is no contradiction of a name; a free shape, which fits what it will,
         # has to predict others better. But what those that it was fitted to do not ask for at all
@@ -251,7 +255,7 @@ class _Judge:
             whole: evidence for the first of them, nats.
         """
         last = step.terms[-1]
-        gains = np.zeros(0) if _once(last) else self.blocks(step) - self.blocks(here)
+        gains = np.zeros(0) if _once(last) else self.held.blocks(step) - self.held.blocks(here)
         row, stands = self.compared(last, 0.5 * (here.bic - step.bic), gains)
         least = self.criteria.evidence
         if last.id not in [t.id for t in here.terms]:
@@ -272,9 +276,9 @@ class _Judge:
 
         While a second effect is missing, one name alone may make them less so.
         """
-        if not self.held or all(_once(term) for term in final.terms):
+        if not self.held.samples or all(_once(term) for term in final.terms):
             return True
-        return bool(np.sum(self.blocks(final) - self.blocks(base)) > 0.0)
+        return bool(np.sum(self.held.blocks(final) - self.held.blocks(base)) > 0.0)
 
     def _share(self, here: Fit, last: Term) -> float:
         """Of the first term's evidence, that a further one must bring to be no remainder of it.
@@ -290,24 +294,3 @@ class _Judge:
         ):
             return 1.0 - self.criteria.share
         return self.criteria.neighbour if _once(last) else 0.0
-
-    def blocks(self, fit: Fit) -> FloatArray:
-        """Log density of the readings in each block of held-out recordings, nats."""
-        self.foresee([fit])
-        return self.foreseen[fit]
-
-    def foresee(self, fits: Sequence[Fit]) -> None:
-        """Have the blocks of several fits, each predicted once."""
-        fresh = [fit for fit in dict.fromkeys(fits) if fit not in self.foreseen]
-
-        def densities(job: tuple[Fit, Samples]) -> FloatArray:
-            return block_densities(job[1], self.setting, job[0], self.criteria.degrees)
-
-        parts = iter(each(densities, itertools.product(fresh, self.held)))
-        for fit in fresh:
-            own = [next(parts) for _ in self.held]
-            self.foreseen[fit] = np.concatenate(own) if own else np.zeros(0)
-
-    def marks(self) -> list[int]:
-        """Which recording each block is of."""
-        return [i for i, s in enumerate(self.held) for _ in range(block_count(s))]
