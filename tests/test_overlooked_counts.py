@@ -30,7 +30,8 @@ def searched(monkeypatch, best, most):
     """What is found where each round's best term is told in advance."""
     told = iter(best)
 
-    def round_at(setting, fit, effects, report):
+    def round_at(setting, fit, effects, report, *, more):
+        assert more == (most == 2 and not fit.terms)
         term = next(told)
         attempt = Attempt(fit_with(*fit.terms, term), term, 110.0, 100.0)
         return Round(fit, (), (attempt,), ())

@@ -245,10 +245,10 @@ def _sought(
     """
     here, rounds = base, []
     # A step of an encoder that was overlooked is no other effect and takes no effect's place.
-    while len({term.id for term in here.terms}) < most and len(rounds) <= most:
+    while len(there := {term.id for term in here.terms}) < most and len(rounds) <= most:
         if rounds and report("looking for more"):
             break
-        found = search(setting, here, effects, report, more=len(here.terms) + 1 < most)
+        found = search(setting, here, effects, report, more=len(there) + 1 < most)
         if rounds:
             report("choosing")
             if not found.complete:
