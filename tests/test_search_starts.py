@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -160,6 +161,25 @@ def test_what_a_free_shape_explains_best_is_asked_of_gears_too(monkeypatch):
     found = search(setting, base, effects, lambda text: None)
     assert found.shapes
     assert found.named[0].term.id == "gear_compliance"
+
+
+def test_while_another_effect_is_to_follow_gears_wait_for_the_first_name(monkeypatch):
+    # What leaves the noise unusual may be the second effect: beside the first one it is asked.
+    monkeypatch.setattr("drill_env.diagnosis.search.unusual", lambda *at: {"tau_l": 0.1})
+    setting, base = setting_of(*recorded("unbalance", (0.02, 1.0), "random steps"))
+    effects = [LIBRARY["unbalance"], LIBRARY["gear_compliance"]]
+
+    asked: list[Sequence[str]] = []
+
+    def noted(linearised, effects, done, report):
+        asked.append([effect.id for effect in effects])
+        return list(done)
+
+    monkeypatch.setattr("drill_env.diagnosis.search.descended", noted)
+    for more in (True, False):
+        found = search(setting, base, effects, lambda text: None, more=more)
+        assert found.named[0].term.id == "unbalance"
+    assert asked == [[], ["gear_compliance"]]
 
 
 def test_a_second_name_that_time_let_be_tried_to_the_end_stays():
