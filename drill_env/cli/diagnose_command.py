@@ -97,8 +97,8 @@ def diagnose_command(
     The rig is fitted first; then every effect of the library is scored, the best are fitted
     together with the rig and the noise, and what the data demand is kept if it helps on
     recordings that were held out. Writes index.html, diagnosis.json and rig-extended.toml. Four
-    recordings of a minute take half a minute of CPU, two at most unless --thorough is given. An
-    interrupt ends the search with what it knows.
+    recordings of a minute take about a minute; after two it searches no further unless --thorough
+    is given. An interrupt ends the search with what it knows.
 
     Example: drill-env diagnose fit-*.csv --holdout hold.csv --out report
     """
