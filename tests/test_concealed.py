@@ -172,7 +172,7 @@ def test_what_is_left_over_is_told_of_right_answers_and_of_quiet_nulls():
         left["lower"]["predictable"] = share
         rows.append(mark(_answer(kind), _diagnosis(verdict, fit={"residual_torque": left})))
     rows.append(mark(_answer("null"), _diagnosis("consistent")))
-    found = measure([{**row, "cpu_s": None} for row in rows])
+    found = measure([{**row, "cpu_s": None, "wall_s": None} for row in rows])
     quiet = found["predictable of what is left, nothing missing and told so"]
     assert (quiet["n"], quiet["largest"]) == (1, 0.04)
     assert found["predictable of what is left, named first"]["n"] == 0
@@ -181,7 +181,7 @@ def test_what_is_left_over_is_told_of_right_answers_and_of_quiet_nulls():
 def test_no_diagnosis_is_wrong_everywhere():
     pair = ["rate_state", "unbalance"]
     for kind, effects in (("single", pair[:1]), ("null", []), ("pair", pair)):
-        row = {**mark(_answer(kind, *effects), None), "cpu_s": None}
+        row = {**mark(_answer(kind, *effects), None), "cpu_s": None, "wall_s": None}
         found = measure([row])
         assert found["named first, 5 x and more"]["hits"] == 0
         assert found["false alarms on nulls"]["hits"] == (kind == "null")

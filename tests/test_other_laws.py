@@ -164,8 +164,8 @@ def test_a_sibling_is_right_and_the_law_s_own_name_is_none():
         told = {"id": name, "probability": 0.9, "alias_class": [], "parameters": {}}
         diagnosis = {"verdict": "missing_physics", "effects": [told], "alternatives": [],
                      "located": {"component": LIBRARY["wear"].component}}  # fmt: skip
-        rows.append({**mark(answer, diagnosis), "cpu_s": None})
-    rows.append({**mark(answer, {"verdict": "unexplained"}), "cpu_s": None})
+        rows.append({**mark(answer, diagnosis), "cpu_s": None, "wall_s": None})
+    rows.append({**mark(answer, {"verdict": "unexplained"}), "cpu_s": None, "wall_s": None})
     assert [r["first"] for r in rows] == [True, False, False, False]
     assert [r["surplus"] for r in rows] == [0, 1, 1, 0]
     found = measure(rows)

@@ -52,7 +52,7 @@ def test_neither_an_idle_process_nor_a_second_thread_ends_a_search(monkeypatch):
     clock[0], cpu[0] = 9.0, 17.0
     assert not watch("two threads worked")
     tell("trying")
-    # What is told of the time is what ends it.
+    # The time that is shown is the time that ends it.
     assert told == ["trying (9 of at most 10 s)"]
     clock[0], cpu[0] = 10.5, 17.0
     assert watch("both")

@@ -86,6 +86,7 @@ def measure(rows: Sequence[Row]) -> dict[str, Any]:
         ),
         "predictable of what is left, named first": _left([r for r in rows if r["first"]]),
         "CPU s a case": _quantiles([r["cpu_s"] for r in rows if r["cpu_s"] is not None]),
+        "s by the clock a case": _quantiles([r["wall_s"] for r in rows if r["wall_s"] is not None]),
         "effects": by_effect(rows),
     }
 

@@ -82,8 +82,9 @@ def score(
             faults[answer["case"]] = f"does not follow the schema: {error!r}"
             row = mark(answer, None)
         run = folder / "run.json"
-        cpu = json.loads(run.read_text(encoding="utf-8"))["cpu_s"] if run.exists() else None
-        rows.append({"case": answer["case"], **row, "cpu_s": cpu})
+        spent = json.loads(run.read_text(encoding="utf-8")) if run.exists() else {}
+        spent = {name: spent.get(name) for name in ("cpu_s", "wall_s")}
+        rows.append({"case": answer["case"], **row, **spent})
     return {"schema": 1, "measures": measure(rows), "faults": faults, "cases": rows}
 
 

@@ -119,7 +119,8 @@ _PLACES: tuple[tuple[Literal["upper", "lower", "string"], str], ...] = (
     ("upper", "time"), ("upper", "theta_u"), ("lower", "time"), ("lower", "theta_l"),
     ("string", "theta_u"), ("string", "theta_l"),
 )  # fmt: skip
-# Unfelt under a prescribed motion of the upper disc, or another one there.
+# Under a prescribed motion of the upper disc, torques on it are not felt, and one of the string is
+# one on the lower disc: over its angle both waves are the same.
 _NOT_IF_MOVED = (("upper", "time"), ("upper", "theta_u"), ("string", "theta_l"))
 _KNOWN_AS = {
     "upper_wave_of_time": "upper_disturbance",
