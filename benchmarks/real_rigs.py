@@ -139,11 +139,7 @@ def row_of(name: str, root: Path, most: int = 2) -> dict[str, Any]:
     named = [effect.id for effect in result.effects]
     grades = result.grades
     where = grades.component if grades else ""
-    errors = {
-        key: (rms["before_rms"][-1], rms["after_rms"][-1])
-        for key, rms in result.fit["prediction"].items()
-        if key != "leads_s"
-    }
+    horizon, errors = _errors(result.fit)
     silent = not machine.known and not machine.family
     return {
         "machine": name,
@@ -155,9 +151,20 @@ def row_of(name: str, root: Path, most: int = 2) -> dict[str, Any]:
             named[0] in machine.known if machine.known and named else where in machine.family
         ),
         "errors": errors,
-        "horizon_s": result.fit["prediction"]["leads_s"][-1],
+        "horizon_s": horizon,
         "cpu_s": time.process_time() - began,
     }  # fmt: skip
+
+
+def _errors(told: Mapping[str, Any]) -> tuple[float, dict[str, tuple[float, float]]]:
+    """How far ahead unseen readings are predicted, s, and the errors of each before and after."""
+    if "prediction" not in told:
+        spans = told["five_second_prediction"]
+        return 5.0, {key: (rms["before_rms"], rms["after_rms"]) for key, rms in spans.items()}
+    windows = dict(told["prediction"])
+    horizon = windows.pop("leads_s")[-1]
+    last = {key: (rms["before_rms"][-1], rms["after_rms"][-1]) for key, rms in windows.items()}
+    return horizon, last
 
 
 def main(

@@ -7,7 +7,9 @@ import pytest
 
 from benchmarks.rig_maker import quasi_random
 from drill_env import InputError, Rig
+from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.by_prediction import _from_one_zero
+from drill_env.diagnosis.offered import free_parameters
 from drill_env.identification.samples import Samples, prepare
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.cut import leads_of
@@ -31,7 +33,8 @@ def recorded(seed: int, upper_zero: float, lower_zero: float) -> Samples:
 def test_what_twist_lies_between_the_encoders_zeros_is_no_torque():
     zeros = [(0.0, 0.0), (-1.1, 0.0), (2.0, 0.4)]
     samples = [recorded(i, *zero) for i, zero in enumerate(zeros)]
-    seen, unseen = _from_one_zero(samples[:2], samples[2:], RIG, {"km": 1.0}, 0.05)
+    whole = base_fit(samples[:2], RIG, free_parameters(RIG, {"km": 1.0}, "km"))
+    seen, unseen = _from_one_zero(samples[:2], samples[2:], *whole)
     for before, after, (upper, lower) in zip(samples, [*seen, *unseen], zeros, strict=True):
         moved = float(np.median(after.angles[:, 1] - before.angles[:, 1]))
         # The two angles then differ by the twist alone.

@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 from drill_env._errors import InputError
 from drill_env._types import FloatArray
 from drill_env._watch import Report, over_by
+from drill_env.diagnosis import fit as whole_rig
 from drill_env.diagnosis.answer_by_prediction import answer_by_prediction
 from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.clock import cleaned
@@ -66,6 +67,7 @@ def diagnose_by_prediction(
     recordings: Sequence[Recording], rig: Rig, holdout: Sequence[Recording],
     options: DiagnosisOptions, report: Report = lambda text: None,
     criteria: Criteria | None = None,
+    fitted: tuple[whole_rig.Setting, whole_rig.Fit] | None = None,
 ) -> PredictionDiagnosis:  # fmt: skip
     """Find what a rig's model leaves out of recordings.
 
@@ -78,6 +80,7 @@ def diagnose_by_prediction(
         options: of the diagnosis.
         report: told what is done next, see `Report`.
         criteria: of the decision.
+        fitted: the whole rig alone, fitted to `recordings`, if that is known.
 
     Raises:
         InputError: the recordings do not fit the rig or are too short.
@@ -91,7 +94,9 @@ def diagnose_by_prediction(
         report("reading the motion")
         seen, unseen = (_ready(group, rig) for group in (recordings, holdout))
         if rig.inertias == 2:
-            seen, unseen = _from_one_zero(seen, unseen, rig, fixed, options.doubt)
+            free = free_parameters(rig, fixed, "km")
+            fitted = fitted or base_fit(seen, rig, free, options.doubt)
+            seen, unseen = _from_one_zero(seen, unseen, *fitted)
         amplifier = not torque_driven(recordings)
         axis, left_out = upper_axis(rig), (*options.leave_out, *left_out_of_search(recordings))
         read = tuple([(s, motion_as_read(s, axis)) for s in group] for group in (seen, unseen))
@@ -154,14 +159,13 @@ def _folds(
 
 
 def _from_one_zero(
-    seen: Sequence[Samples], unseen: Sequence[Samples], rig: Rig, fixed: Mapping[str, float],
-    doubt: float,
+    seen: Sequence[Samples], unseen: Sequence[Samples],
+    setting: whole_rig.Setting, base: whole_rig.Fit,
 ) -> tuple[list[Samples], list[Samples]]:  # fmt: skip
     """The lower angles from where the string is not twisted at the upper encoder's zero.
 
     Encoders begin anywhere. What twist lies between their zeros the whole rig tells.
     """
-    setting, base = base_fit(seen, rig, free_parameters(rig, fixed, "km"), doubt)
     motions = [*base.motions, *(followed(s, setting, base)[0] for s in unseen)]
     moved = []
     for samples, motion in zip((*seen, *unseen), motions, strict=True):

@@ -1,0 +1,60 @@
+"""The driven disc is told alone though the whole rig, which does not follow, used its time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from benchmarks.rig_maker import quasi_random
+from drill_env import Rig, _watch
+from drill_env.diagnosis.diagnose import diagnose
+from drill_env.diagnosis.options import DiagnosisOptions
+from drill_env.recordings import Recording
+
+RATE, SECONDS, WITHIN = 50.0, 12.0, 40
+RIG = Rig().replace(km=1.0, Ju=0.4, bu=0.8, ktheta=4.0, Tsu=0.0, dTsu=0.0)
+COULOMB = 1.2
+# Time in s that each thing takes which is tried of the whole rig.
+SLOW = 5.0
+
+
+def moved_by_hand(seed: int) -> Recording:
+    """The lower end moved as no disc on a brake does, the upper disc on it rubbing besides."""
+    rng = np.random.default_rng(seed)
+    torque = quasi_random(rng, SECONDS, RATE, 4.0)
+    rows = len(torque)
+    hand = 2.0 * np.cumsum(quasi_random(rng, SECONDS, RATE, 1.0)[:rows]) / RATE
+    angle = speed = 0.0
+    angles, step = np.zeros(rows), 1.0 / (RATE * WITHIN)
+    for k in range(rows):
+        angles[k] = angle
+        for i in range(WITHIN):
+            end = hand[k] + (hand[min(k + 1, rows - 1)] - hand[k]) * i / WITHIN
+            load = torque[k] - RIG.ktheta * (angle - end) - RIG.bu * speed
+            resting = speed == 0.0 and abs(load) <= COULOMB
+            new = speed + step * (load - math.copysign(COULOMB, speed or load)) / RIG.Ju
+            speed = 0.0 if resting or new * speed < 0.0 else new
+            angle += step * speed
+    read = np.column_stack([angles, hand]) + rng.normal(0.0, 3e-4, (rows, 2))
+    t = np.arange(rows) / RATE
+    return Recording(t, torque, read[:, 0], read[:, 1], drive="torque", source=f"run-{seed}")
+
+
+def test_the_driven_disc_has_time_of_its_own(monkeypatch: pytest.MonkeyPatch):
+    told: list[str] = []
+
+    def seconds() -> float:
+        alone = told.index("reading the motion") if "reading the motion" in told else len(told)
+        return SLOW * alone
+
+    monkeypatch.setattr(_watch, "stopwatch", lambda: seconds)
+    runs = [moved_by_hand(seed) for seed in range(3)]
+    found = diagnose(
+        runs[:2], RIG, runs[2:], options=DiagnosisOptions(given_rig=True, doubt=0.1, seconds=120.0),
+        report=told.append,
+    ).result  # fmt: skip
+    assert found.complete
+    assert [e.id for e in found.effects] == ["upper_coulomb"]
+    assert found.effects[0].parameters["torque"].value == pytest.approx(COULOMB, rel=0.1)
