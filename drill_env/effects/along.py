@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from drill_env._types import FloatArray, IntArray
 from drill_env.effects._along import follow
@@ -103,19 +102,42 @@ def inner_states(rig: Rig, motion: Motion, rows: IntArray) -> FloatArray:
     Raises:
         InputError: an effect of the rig is wrong.
     """
-    effects = declared(rig)
-    return _inner(effects, effects.entries, rig, motion, np.asarray(rows, dtype=np.int64))
+    return inner_states_of(declared(rig), rig, motion, np.asarray(rows, dtype=np.int64))
 
 
-def late_angles(motion: Motion, delay: float) -> FloatArray:
+def inner_states_of(effects: Declared, rig: Rig, motion: Motion, rows: IntArray) -> FloatArray:
+    """The same of effects that are those of the rig, laid out already."""
+    return _inner(effects, effects.entries, rig, motion, rows)
+
+
+def late_angles(motion: Motion, delay: float, rows: IntArray | None = None) -> FloatArray:
     """theta_u and theta_l (rad) a delay (s) before each row, cubic between rows; shape (n, 2).
 
     Nothing is known from before a restart: there it is the angle of that row.
+
+    Args:
+        motion: how the rig moved.
+        delay: s.
+        rows: all by default, shape (n,).
     """
-    t, restarts = motion.t, motion.restarts
-    first = restarts[np.searchsorted(restarts, np.arange(len(t)), side="right") - 1]
-    known = CubicHermiteSpline(t, motion.angles, motion.states[:, 1:3])
-    return known(np.maximum(t - delay, t[first]))
+    t, restarts, states = motion.t, motion.restarts, motion.states
+    rows = np.arange(len(t)) if rows is None else rows
+    first = restarts[np.searchsorted(restarts, rows, side="right") - 1]
+    late = np.maximum(t[rows] - delay, t[first])
+    a = np.clip(np.searchsorted(t, late, side="right") - 1, 0, len(t) - 2)
+    width = t[a + 1] - t[a]
+    share = (late - t[a]) / width
+    # The cubic through both angles and speeds (Hermite).
+    weights = np.stack(
+        [(1.0 + 2.0 * share) * (1.0 - share) ** 2, share * (1.0 - share) ** 2 * width,
+         share**2 * (3.0 - 2.0 * share), share**2 * (share - 1.0) * width]
+    )  # fmt: skip
+    lower = np.stack([states[a, 3], states[a, 2], states[a + 1, 3], states[a + 1, 2]])
+    twist = np.stack([states[a, 0], states[a + 1, 0]])
+    upper = lower.copy()
+    upper[::2] += twist
+    upper[1::2] = states[a, 1], states[a + 1, 1]
+    return np.stack([(weights * upper).sum(axis=0), (weights * lower).sum(axis=0)], axis=1)
 
 
 def _inner(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -32,7 +33,7 @@ from drill_env.friction import kernel_record
 from drill_env.parameters import Rig
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Declared:
     """Effects as the compiled code reads them.
 
@@ -50,30 +51,30 @@ class Declared:
     order: tuple[int, ...] = ()
     pace: float = 0.0
 
-    @property
+    @cached_property
     def inner(self) -> int:
         """Number of inner states."""
         return int(self.entries["states"].sum())
 
-    @property
+    @cached_property
     def switches(self) -> int:
         """Number of switches."""
         return int(self.entries["switches"].sum())
 
-    @property
+    @cached_property
     def acts(self) -> bool:
         """Whether any effect enters the motion or has an inner state."""
         return len(self._acting) > 0
 
-    @property
+    @cached_property
     def _acting(self) -> np.ndarray:
         return self.entries[self.entries["idle"] == 0]
 
-    @property
+    @cached_property
     def _late(self) -> np.ndarray:
         return self.entries[(self.entries["delayed"] == 1) & (self.entries["senses"] == 0)]
 
-    @property
+    @cached_property
     def restless(self) -> int:
         """What may change while both discs rest under a constant voltage.
 
@@ -81,22 +82,22 @@ class Declared:
         """
         return 2 if self._acting["timed"].any() else int(self.inner > 0)
 
-    @property
+    @cached_property
     def wants_own_law(self) -> bool:
         """Whether the lower disc's friction is that of its own speed, or an effect reads that."""
         return bool(self._acting["reads_law"].any()) or not self._acting["moves_law"].any()
 
-    @property
+    @cached_property
     def reads_past(self) -> bool:
         """Whether an effect reads the voltage late."""
         return len(self._late) > 0
 
-    @property
+    @cached_property
     def delay(self) -> float:
         """By how much the voltage acts late, s."""
         return float(self._late["delay"].sum())
 
-    @property
+    @cached_property
     def longest_step(self) -> float:
         """Step (s) within which nothing of the effects swings unseen while the rig rests.
 
@@ -106,7 +107,7 @@ class Declared:
         fastest = max(float(self.entries["hertz"].max(initial=0.0)) / 0.1, self.pace / REACH)
         return 1.0 / fastest if fastest > 0.0 else math.inf
 
-    @property
+    @cached_property
     def encoder_delays(self) -> FloatArray:
         """By how much each effect reads an angle late, s; 0 for most; shape (n,)."""
         late = (self.entries["delayed"] == 1) & (self.entries["senses"] == 1)
@@ -219,6 +220,16 @@ def _row(entry: Mapping[str, Any], rig: Rig) -> _Row:
 
 
 def _entry(effect: Effect, numbers: FloatArray) -> _Row:
+    entry = _without_numbers(effect).copy()
+    entry["q"][: len(numbers)] = numbers
+    for key, name in (("delay", effect.delay), ("hertz", effect.swings)):
+        if name:
+            entry[key] = numbers[[p.name for p in effect.parameters].index(name)]
+    return effect.replaces_balance + 2 * effect.last, entry, np.zeros((2, 0))
+
+
+@cache
+def _without_numbers(effect: Effect) -> np.ndarray:
     entry = np.zeros((), dtype=ENTRY)
     entry["code"], entry["senses"] = effect.kernel.address, effect.senses
     entry["idle"] = effect.senses and not effect.states
@@ -229,11 +240,7 @@ def _entry(effect: Effect, numbers: FloatArray) -> _Row:
     entry["sided"], entry["only_at_rest"] = reads(effect.kernel, *SIDES), effect.only_at_rest
     entry["reads_law"] = reads(effect.kernel, "friction_l")
     entry["moves_law"] = reads(effect.kernel, "read_l")
-    entry["q"][: len(numbers)] = numbers
-    for key, name in (("delay", effect.delay), ("hertz", effect.swings)):
-        if name:
-            entry[key] = numbers[[p.name for p in effect.parameters].index(name)]
-    return effect.replaces_balance + 2 * effect.last, entry, np.zeros((2, 0))
+    return entry
 
 
 def _check_component(name: str, equation: str, rig: Rig) -> None:

@@ -14,6 +14,44 @@ _MODES = 1
 
 
 @entry
+def hold(t, u, shift, ends, breaks, values):
+    """Cut a held voltage where it changes and at given rows.
+
+    Args:
+        t: times of the rows, s, ascending, shape (n,).
+        u: voltages from each row on, V, shape (n,).
+        shift: by which they act later, s.
+        ends: whether to cut at the time of a row, the first and the last one included; shape (n,).
+        breaks: filled with the ends of the pieces, s; room for 2 n.
+        values: filled with the voltage of each piece, V; room for 2 n.
+
+    Returns:
+        How many pieces there are.
+    """
+    # Before the first voltage acts it is taken for the same; then no row is held yet.
+    held, row, count = -1, 1, 0
+    breaks[0] = t[0]
+    while held + 1 < t.size and t[held + 1] + shift <= t[0]:
+        held += 1
+    while row < t.size:
+        # Equal neighbours are one piece, so that constant stretches cost nothing.
+        while 0 <= held < t.size - 1 and u[held + 1] == u[held]:
+            held += 1
+        while not ends[row]:
+            row += 1
+        change = t[held + 1] + shift if held + 1 < t.size else inf
+        values[count] = u[max(held, 0)]
+        count += 1
+        breaks[count] = min(change, t[row])
+        ended = t[row] <= change
+        if change <= t[row]:
+            held += 1
+        if ended:
+            row += 1
+    return count
+
+
+@entry
 def run_windows(p, run, work, tab, begin, drive, spans, t_eval, starts, inner, kept, scratch):
     """Run from every start through its part of a voltage.
 

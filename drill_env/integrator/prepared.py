@@ -29,7 +29,7 @@ class Prepared:
     """
 
     def __init__(self, rig: Rig, method: str, sensitivity: bool = False) -> None:
-        self.p = kernel_record(rig)
+        self.rig, self.p = rig, kernel_record(rig)
         self.effects: Declared = declared(rig)
         self.pair = tableau(method, sensitivity, self.effects.acts)
         wanted = sensitivity and self.effects.acts

@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from drill_env._types import FloatArray, IntArray
-from drill_env.effects.along import Motion, inner_states, late_angles, reading_errors
+from drill_env.effects.along import Motion, inner_states_of, late_angles, reading_errors
 from drill_env.effects.declared import Declared, declared
 from drill_env.effects.readings import errors_of
 from drill_env.effects.signal import RESTING
 from drill_env.effects.steady import acting
-from drill_env.integrator._windows import run_windows
+from drill_env.integrator._windows import hold, run_windows
 from drill_env.integrator.modes import start_with_effects
 from drill_env.integrator.prepared import Prepared
 from drill_env.integrator.records import EVENT, N_STATE, RUN, STEPS_PER_PERIOD, new_work
@@ -21,6 +21,8 @@ from drill_env.integrator.simulate import simulate
 from drill_env.integrator.voltage import Voltage, sampled_voltage, with_past
 from drill_env.parameters import Rig
 
+METHOD = "bs23"
+"""Pair by which windows are run, of order 3: their steps are short beside the motion."""
 # A window of a sensible rig takes some hundreds.
 _MOST_STEPS = 5_000
 
@@ -60,33 +62,36 @@ class Windows:
     begin: FloatArray | None = None
     inner: FloatArray | None = None
 
-    def predicted(self, rig: Rig, *, shift: float = 0.0, rtol: float = 1e-5) -> Predicted:
+    def predicted(
+        self, rig: Rig | Prepared, *, shift: float = 0.0, rtol: float = 1e-5
+    ) -> Predicted:
         """What a rig predicts from the motion at the starts alone.
 
         The encoders' errors are taken off the start and put onto the prediction.
 
         Args:
-            rig: parameters and effects.
+            rig: parameters and effects; where several windows are asked, of `prepared`.
             shift: by which the drive acts later than the clock of the readings says, s.
             rtol: relative tolerance of the integration.
 
         Raises:
             InputError: an effect of the rig is wrong.
         """
-        prepared = Prepared(rig, "bs23")
+        prepared = rig if isinstance(rig, Prepared) else Prepared(rig, METHOD)
+        rig = prepared.rig
         senses = bool(prepared.effects.entries["senses"].any())
         read = self.motion
         true = _without_errors(read, rig, prepared.effects) if senses and self.as_read else read
-        states, inner = self._run(prepared, rig, true, shift, rtol)
+        states, inner = self._run(prepared, true, shift, rtol)
         readings = np.stack([states[..., 0] + states[..., 3], states[..., 3]], axis=2)
         if senses:
             readings += self._errors(prepared, true, states, inner)
         return Predicted(states, readings, inner.reshape(*states.shape[:2], -1))
 
     def _run(
-        self, prepared: Prepared, rig: Rig, motion: Motion, shift: float, rtol: float
+        self, prepared: Prepared, motion: Motion, shift: float, rtol: float
     ) -> tuple[FloatArray, FloatArray]:
-        effects, (w, k) = prepared.effects, self.rows.shape
+        rig, effects, (w, k) = prepared.rig, prepared.effects, self.rows.shape
         work = new_work(rtol, 0.1 * rtol, rig.natural_period / STEPS_PER_PERIOD)
         work["max_steps"] = _MOST_STEPS
         prepared.equip(work)
@@ -100,7 +105,9 @@ class Windows:
         begin = start_with_effects.address if effects.acts else 0
         memory = np.zeros((w, 0))
         if begin and effects.inner:
-            memory = inner_states(rig, motion, self.starts) if self.inner is None else self.inner
+            memory = self.inner
+            if memory is None:
+                memory = inner_states_of(effects, rig, motion, self.starts)
         states, inner = np.zeros((w * k, N_STATE)), np.zeros((w * k, memory.shape[1]))
         scratch = (
             np.zeros((w * k, 2), dtype=np.int64), np.zeros(256, dtype=EVENT), np.zeros((0, 4, 1)),
@@ -122,8 +129,9 @@ class Windows:
         effects, rows = prepared.effects, self.rows.ravel()
         flat = states.reshape(-1, N_STATE)
         angles = np.column_stack([flat[:, 0] + flat[:, 3], flat[:, 3]])
-        since = [late_angles(motion, delay) - motion.angles for delay in effects.encoder_delays]
-        late = angles[:, np.newaxis] + np.stack(since, axis=1)[rows]
+        now = motion.angles[rows]
+        since = [late_angles(motion, delay, rows) - now for delay in effects.encoder_delays]
+        late = angles[:, np.newaxis] + np.stack(since, axis=1)
         found = errors_of(prepared.p, effects.entries, motion.t[rows], flat, inner, late)
         return found.reshape(*states.shape[:2], 2)
 
@@ -159,16 +167,15 @@ def _pieces(
     motion: Motion, windows: Windows, effects: Declared, shift: float
 ) -> tuple[FloatArray, FloatArray]:
     """The held voltage, cut also where windows begin and end and where its past changes."""
-    t = motion.t
-    held = sampled_voltage(t + shift, motion.u)
-    inside = held.breaks[(held.breaks > t[0]) & (held.breaks < t[-1])]
-    ends = [t[[0, -1]], t[windows.starts], t[windows.rows[:, -1]]]
-    breaks = np.unique(np.concatenate([inside, *ends]))
-    rows = np.searchsorted(held.breaks, 0.5 * (breaks[:-1] + breaks[1:]), side="right") - 1
-    found = Voltage(breaks, held.pieces[np.clip(rows, 0, len(held.pieces) - 1)])
+    t, u = motion.t, motion.u
+    ends = np.zeros(len(t), dtype=np.bool_)
+    ends[[0, -1]] = ends[windows.starts] = ends[windows.rows[:, -1]] = True
+    breaks, values = np.empty(2 * len(t)), np.empty(2 * len(t))
+    pieces = hold(t, u, shift, ends, breaks, values)
+    found = Voltage(breaks[: pieces + 1], values[:pieces, np.newaxis])
     if effects.reads_past:
-        before = 0.0 if abs(motion.states[0, 1]) < RESTING else float(motion.u[0])
-        found, _ = with_past(found, effects.delay, before, held)
+        before = 0.0 if abs(motion.states[0, 1]) < RESTING else float(u[0])
+        found, _ = with_past(found, effects.delay, before, sampled_voltage(t + shift, u))
     return found.breaks, np.ascontiguousarray(found.pieces)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -13,7 +14,8 @@ from drill_env.effects import LIBRARY
 from drill_env.effects.along import Motion
 from drill_env.identification.known_loads import loaded
 from drill_env.identification.samples import Samples
-from drill_env.integrator.windows import Windows
+from drill_env.integrator.prepared import Prepared
+from drill_env.integrator.windows import METHOD, Windows
 from drill_env.parameters import Rig
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.likelihood import FAR, scales
@@ -23,7 +25,7 @@ from drill_env.prediction.starts import WIDEST, Starts, rows_within, starts_of, 
 _FIRST = 3.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Cut:
     """One recording as windows.
 
@@ -44,7 +46,7 @@ class Cut:
     starts: Starts
     lower: FloatArray | None = None
 
-    @property
+    @cached_property
     def interval(self) -> float:
         """Between two rows, s."""
         return float(np.median(np.diff(self.samples.t)))
@@ -58,16 +60,16 @@ class Cut:
             windows: of the same motion; those of the cut by default.
         """
         count, starts = self.target.shape[2], self.starts
-        rig, motion, delay = self._acting(rig, shift)
+        acting, motion, delay = self._acting(rig, shift)
         if windows is not None:
-            starts = starts_of(self.samples, windows, count, self.width).led(rig, motion, delay)
-        elif _corrected_twice(rig):
+            starts = starts_of(self.samples, windows, count, self.width).led(acting, motion, delay)
+        elif _corrected_twice(acting.rig):
             # By how much depends on the state that is sought, so one step of Newton falls short.
-            starts = starts.led(rig, motion, delay)
+            starts = starts.led(acting, motion, delay)
         windows = self.windows if windows is None else windows
-        begin, inner = starts.states(rig, motion, delay)
+        begin, inner = starts.states(acting, motion, delay)
         windows = replace(windows, motion=motion, begin=begin, inner=inner)
-        return windows.predicted(rig, shift=delay).readings[..., :count]
+        return windows.predicted(acting, shift=delay).readings[..., :count]
 
     def begun(self, width: float, rig: Rig, shift: float) -> Cut:
         """The same windows with starts from other readings.
@@ -80,12 +82,12 @@ class Cut:
         starts = starts_of(self.samples, self.windows, self.target.shape[2], width)
         return replace(self, width=width, starts=starts.led(*self._acting(rig, shift)))
 
-    def _acting(self, rig: Rig, shift: float) -> tuple[Rig, Motion, float]:
+    def _acting(self, rig: Rig, shift: float) -> tuple[Prepared, Motion, float]:
         """The rig with what acts on it in this recording, the drive, and its delay, s."""
         motion, delay = self.windows.motion, shift * self.interval
         if self.lower is not None:
             rig, motion = _pulled(rig, motion, self.lower, delay)
-        return loaded(rig, self.samples.recording), motion, delay
+        return Prepared(loaded(rig, self.samples.recording), METHOD), motion, delay
 
     def errors(self, rig: Rig, shift: float) -> FloatArray:
         """Predicted less read, rad; large where the prediction failed; shape (w, k, c)."""

@@ -9,6 +9,7 @@ import numpy as np
 from drill_env._types import FloatArray
 from drill_env.effects.along import Motion
 from drill_env.identification.samples import Samples
+from drill_env.integrator.prepared import Prepared
 from drill_env.integrator.windows import Predicted, Windows
 from drill_env.parameters import Rig
 
@@ -41,7 +42,7 @@ class Starts:
     first: FloatArray
 
     def states(
-        self, rig: Rig, motion: Motion, shift: float
+        self, rig: Rig | Prepared, motion: Motion, shift: float
     ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
         """States at the starts, shape (w, 4), and the effects' inner states, shape (w, m).
 
@@ -56,7 +57,7 @@ class Starts:
         moved, left = self._moved(rig, motion, shift)
         return _corrected(moved.states[:, self.at], self.average, left), moved.inner[:, self.at]
 
-    def led(self, rig: Rig, motion: Motion, shift: float) -> Starts:
+    def led(self, rig: Rig | Prepared, motion: Motion, shift: float) -> Starts:
         """The same with the motion around a start begun where a rig leaves nothing.
 
         An error of speed there fades as the rig has it, which no parabola follows.
@@ -72,7 +73,9 @@ class Starts:
         begin = _corrected(begin, self.first, left)
         return replace(self, around=replace(self.around, begin=begin))
 
-    def _moved(self, rig: Rig, motion: Motion, shift: float) -> tuple[Predicted, FloatArray]:
+    def _moved(
+        self, rig: Rig | Prepared, motion: Motion, shift: float
+    ) -> tuple[Predicted, FloatArray]:
         """The rig's own motion around the starts, and what is left of the readings, rad."""
         moved = replace(self.around, motion=motion).predicted(rig, shift=shift)
         left = self.read - moved.readings[..., : self.read.shape[2]]
