@@ -51,11 +51,13 @@ class Cut:
         """Between two rows, s."""
         return float(np.median(np.diff(self.samples.t)))
 
-    def predicted(self, rig: Rig, shift: float, windows: Windows | None = None) -> FloatArray:
+    def predicted(
+        self, rig: Rig | Prepared, shift: float, windows: Windows | None = None
+    ) -> FloatArray:
         """Readings that a rig predicts, rad, shape (w, k, c); infinite where it failed.
 
         Args:
-            rig: parameters and effects.
+            rig: parameters and effects; where several recordings are asked, laid out.
             shift: of the drive behind the readings, in sampling intervals.
             windows: of the same motion; those of the cut by default.
         """
@@ -82,14 +84,19 @@ class Cut:
         starts = starts_of(self.samples, self.windows, self.target.shape[2], width)
         return replace(self, width=width, starts=starts.led(*self._acting(rig, shift)))
 
-    def _acting(self, rig: Rig, shift: float) -> tuple[Prepared, Motion, float]:
+    def _acting(self, rig: Rig | Prepared, shift: float) -> tuple[Prepared, Motion, float]:
         """The rig with what acts on it in this recording, the drive, and its delay, s."""
         motion, delay = self.windows.motion, shift * self.interval
+        alone = rig.rig if isinstance(rig, Prepared) else rig
+        acting = alone
         if self.lower is not None:
-            rig, motion = _pulled(rig, motion, self.lower, delay)
-        return Prepared(loaded(rig, self.samples.recording), METHOD), motion, delay
+            acting, motion = _pulled(alone, motion, self.lower, delay)
+        acting = loaded(acting, self.samples.recording)
+        if isinstance(rig, Prepared) and acting is alone:
+            return rig, motion, delay
+        return Prepared(acting, METHOD), motion, delay
 
-    def errors(self, rig: Rig, shift: float) -> FloatArray:
+    def errors(self, rig: Rig | Prepared, shift: float) -> FloatArray:
         """Predicted less read, rad; large where the prediction failed; shape (w, k, c)."""
         try:
             gap = self.predicted(rig, shift) - self.target

@@ -138,6 +138,9 @@ def explained(
             break
         offered = [c for c in candidates if c.id not in taken]
         choice = decided(searched(folds, here, offered, report), criteria)
+        if choices and not choice.found.complete:
+            # What was tried beside a first name is none before its rivals were.
+            choice = replace(choice, chosen=None)
         first_of_many = not choices and most > 1
         pair = _pair_for(choice, folds, offered, criteria, report) if first_of_many else None
         if pair is not None:
@@ -214,7 +217,7 @@ def _pair_for(
     folds, here = begun_anew(folds, first.fits)
     others = [c for c in offered if c.id != first.candidate.id]
     second = decided(searched(folds, here, others, report), criteria)
-    if second.chosen is None or not second.named:
+    if second.chosen is None or not second.named or not second.found.complete:
         return None
     folds, here = begun_anew(folds, second.chosen.fits)
     both, here = _again(folds, [replace(choice, chosen=first), second], here, criteria, report)
@@ -235,6 +238,7 @@ def _again(
     stand for them, and take the place of none.
     """
     kept: list[Choice] = []
+    begun = tuple(here)
     for choice in choices:
         fewer = without_first(here)
         beside = {c.id for c in fewer[0].candidates}
@@ -242,6 +246,8 @@ def _again(
         worth += [t for t in choice.found.shapes if listed(t.row, criteria)]
         rivals = [t.candidate for t in worth if t.candidate.id not in beside]
         found = searched(folds, fewer, rivals, report)
+        if not found.complete:
+            return list(choices), begun
         choice = decided(found, criteria)
         if not choice.named:
             choice = decided(replace(found, shapes=()), criteria)

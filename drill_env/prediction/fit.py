@@ -10,6 +10,8 @@ import numpy as np
 from drill_env._errors import InputError
 from drill_env._threads import each
 from drill_env._types import BoolArray, FloatArray
+from drill_env.integrator.prepared import Prepared
+from drill_env.integrator.windows import METHOD
 from drill_env.parameters import Rig
 from drill_env.prediction.candidate import Candidate
 from drill_env.prediction.cut import Cut
@@ -115,7 +117,8 @@ def errors_of_each(
 
 
 def _errors(rig: Rig, shift: float, cuts: Sequence[Cut]) -> FloatArray:
-    return np.concatenate([cut.errors(rig, shift) for cut in cuts])
+    prepared = Prepared(rig, METHOD)
+    return np.concatenate([cut.errors(prepared, shift) for cut in cuts])
 
 
 def _rig(setting: Setting, candidates: Sequence[Candidate], x: FloatArray) -> Rig:

@@ -46,11 +46,13 @@ class Round:
         before: the model, one fit for each fold.
         names: effects of the library, best first.
         shapes: free shapes, best first.
+        complete: whether all that had promise was tried before the time was over.
     """
 
     before: tuple[Fit, ...]
     names: tuple[Tried, ...]
     shapes: tuple[Tried, ...]
+    complete: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,17 +116,19 @@ def searched(
     }
     old = [b.judged(fold.unseen) for b, fold in zip(before, folds, strict=True)]
     tried: dict[bool, list[Tried]] = {True: [], False: []}
+    complete = True
     # Noise alone gives half a nat for each number in each fold: no more is worth no fit.
     worth = (c for c in candidates if gains.get(c.id, 0.0) > 0.5 * len(folds) * c.size)
     order = sorted(worth, key=lambda c: -gains[c.id])
     for named, most in ((True, _NAMES), (False, _SHAPES)):
         for candidate in [c for c in order if (c.effect is not None) == named][:most]:
             if report(f"trying {candidate.id}") and tried[named]:
+                complete = False
                 break
             fits = _fitted(before, candidate, [look[candidate.id].numbers for look in looks])
             tried[named].append(Tried(candidate, fits, _row(candidate, fits, folds, old)))
         tried[named].sort(key=lambda t: -t.row.gain)
-    return Round(tuple(before), tuple(tried[True]), tuple(tried[False]))
+    return Round(tuple(before), tuple(tried[True]), tuple(tried[False]), complete)
 
 
 def _may_join(candidate: Candidate, rig: Rig) -> bool:
