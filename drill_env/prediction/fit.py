@@ -21,6 +21,9 @@ from drill_env.prediction.setting import Setting
 _ROUNDS = 15
 _ENOUGH = 0.02
 _DAMPING, _TRIES = 1e-3, 7
+# Share of what a step promises from which its slopes are good for another one, as of the radius of
+# trust (Nocedal and Wright, Numerical Optimization, 2006, algorithm 4.1).
+_KEPT = 0.25
 _STEP, _NUMBER_STEP = 1e-4, 1e-3
 _STEEPEST = 1e8
 # Standard deviation of a free shape's values, in usual sizes.
@@ -179,29 +182,50 @@ class _Descent:
         return np.stack(columns, axis=3)
 
     def run(self, x: FloatArray) -> Fit:
-        """From a point to the best one near it."""
+        """From a point to the best one near it.
+
+        Slopes by differences are most of the work. After a step they are carried on by what it
+        changed (Broyden; Madsen, Nielsen and Tingleff, Methods for Non-Linear Least Squares
+        Problems, 2004, section 3.4) while steps bring what they promise; it ends by slopes of its
+        own alone.
+        """
         degrees = self.setting.criteria.degrees
         x, damping = np.clip(x, self.low, self.high), _DAMPING
         errors = self._required(x)
         size = scales(errors, degrees)
-        value = self.value(errors, size, x)
-        for _ in range(_ROUNDS):
-            pull, curvature = self._normal(x, errors, size)
-            before = value
-            for _ in range(_TRIES):
+        value, columns, left = self.value(errors, size, x), None, _ROUNDS
+        while True:
+            fresh = columns is None
+            if columns is None:
+                columns, left = self.slopes(x, errors), left - 1
+            pull, curvature = self._normal(columns, x, errors, size)
+            before, promised, moved = value, 0.0, np.zeros(len(x))
+            for _ in range(_TRIES if fresh else 1):
                 there = np.clip(x + self._step(x, pull, curvature, damping), self.low, self.high)
                 found = self.errors([there])[0]
                 if found is not None:
                     finer = scales(found, degrees, size)
                     better = self.value(found, finer, there)
                     if better > value:
+                        moved = there - x
+                        promised = float(pull @ moved - 0.5 * moved @ curvature @ moved)
+                        columns = columns + self._secant(found - errors - columns @ moved, moved)
                         x, errors, size, value = there, found, finer, better
                         damping = max(damping / 5.0, 1e-6)
                         break
-                damping *= 6.0
-            if value - before < _ENOUGH or self.setting.over():
+                if fresh:
+                    damping *= 6.0
+            done = fresh and (value - before < _ENOUGH or left == 0)
+            if done or self.setting.over():
                 break
+            if value - before < max(_ENOUGH, _KEPT * promised):
+                columns = None
         return self._fit(x, errors, size, value)
+
+    def _secant(self, left: FloatArray, moved: FloatArray) -> FloatArray:
+        """Change of the slopes that explains what they left of a step, in units of own steps."""
+        along = moved / self.steps**2
+        return left[..., np.newaxis] * along / float(along @ moved)
 
     def _required(self, x: FloatArray) -> FloatArray:
         errors = self.errors([x])[0]
@@ -211,10 +235,10 @@ class _Descent:
         return errors
 
     def _normal(
-        self, x: FloatArray, errors: FloatArray, size: FloatArray
+        self, columns: FloatArray, x: FloatArray, errors: FloatArray, size: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Downhill direction and curvature."""
-        columns = self.slopes(x, errors) / size[..., np.newaxis]
+        columns = columns / size[..., np.newaxis]
         columns[np.abs(columns) > _STEEPEST] = 0.0
         weight = weights(errors, size, self.setting.criteria.degrees)
         flat = (columns * np.sqrt(weight)[..., np.newaxis]).reshape(-1, len(x))
