@@ -70,7 +70,7 @@ class Windows:
         The encoders' errors are taken off the start and put onto the prediction.
 
         Args:
-            rig: parameters and effects; where several windows are asked, of `prepared`.
+            rig: parameters and effects; laid out already, where it is asked more than once.
             shift: by which the drive acts later than the clock of the readings says, s.
             rtol: relative tolerance of the integration.
 

@@ -57,7 +57,7 @@ class Cut:
         """Readings that a rig predicts, rad, shape (w, k, c); infinite where it failed.
 
         Args:
-            rig: parameters and effects; where several recordings are asked, laid out.
+            rig: parameters and effects; laid out already, where it is asked more than once.
             shift: of the drive behind the readings, in sampling intervals.
             windows: of the same motion; those of the cut by default.
         """

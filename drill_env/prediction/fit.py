@@ -138,6 +138,16 @@ def _rig(setting: Setting, candidates: Sequence[Candidate], x: FloatArray) -> Ri
     return setting.rig(x, added)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Point:
+    """Numbers with the errors there, their scales and the log density."""
+
+    x: FloatArray
+    errors: FloatArray
+    size: FloatArray
+    value: float
+
+
 class _Descent:
     """The search for the best numbers of a rig with candidates."""
 
@@ -189,43 +199,47 @@ class _Descent:
         Problems, 2004, section 3.4) while steps bring what they promise; it ends by slopes of its
         own alone.
         """
-        degrees = self.setting.criteria.degrees
-        x, damping = np.clip(x, self.low, self.high), _DAMPING
+        x, damping, columns, left = np.clip(x, self.low, self.high), _DAMPING, None, _ROUNDS
         errors = self._required(x)
-        size = scales(errors, degrees)
-        value, columns, left = self.value(errors, size, x), None, _ROUNDS
+        here = self._point(x, errors, scales(errors, self.setting.criteria.degrees))
         while True:
             fresh = columns is None
             if columns is None:
-                columns, left = self.slopes(x, errors), left - 1
-            pull, curvature = self._normal(columns, x, errors, size)
-            before, promised, moved = value, 0.0, np.zeros(len(x))
+                columns, left = self.slopes(here.x, here.errors), left - 1
+            pull, curvature = self._normal(columns, here)
+            before = here
             for _ in range(_TRIES if fresh else 1):
-                there = np.clip(x + self._step(x, pull, curvature, damping), self.low, self.high)
-                found = self.errors([there])[0]
-                if found is not None:
-                    finer = scales(found, degrees, size)
-                    better = self.value(found, finer, there)
-                    if better > value:
-                        moved = there - x
-                        promised = float(pull @ moved - 0.5 * moved @ curvature @ moved)
-                        columns = columns + self._secant(found - errors - columns @ moved, moved)
-                        x, errors, size, value = there, found, finer, better
-                        damping = max(damping / 5.0, 1e-6)
-                        break
+                step = self._step(here.x, pull, curvature, damping)
+                there = self._beyond(here, step)
+                if there is not None and there.value > here.value:
+                    here, damping = there, max(damping / 5.0, 1e-6)
+                    break
                 if fresh:
                     damping *= 6.0
-            done = fresh and (value - before < _ENOUGH or left == 0)
-            if done or self.setting.over():
+            gain, moved = here.value - before.value, here.x - before.x
+            if fresh and (gain < _ENOUGH or left == 0) or self.setting.over():
                 break
-            if value - before < max(_ENOUGH, _KEPT * promised):
-                columns = None
-        return self._fit(x, errors, size, value)
+            promised = float(pull @ moved - 0.5 * moved @ curvature @ moved)
+            good = moved.any() and gain >= max(_ENOUGH, _KEPT * promised)
+            columns = self._carried_on(columns, before, here) if good else None
+        return self._fit(here)
 
-    def _secant(self, left: FloatArray, moved: FloatArray) -> FloatArray:
-        """Change of the slopes that explains what they left of a step, in units of own steps."""
-        along = moved / self.steps**2
-        return left[..., np.newaxis] * along / float(along @ moved)
+    def _point(self, x: FloatArray, errors: FloatArray, size: FloatArray) -> _Point:
+        return _Point(x, errors, size, self.value(errors, size, x))
+
+    def _beyond(self, here: _Point, step: FloatArray) -> _Point | None:
+        """Where a step leads; None where the numbers make no rig."""
+        x = np.clip(here.x + step, self.low, self.high)
+        errors = self.errors([x])[0]
+        if errors is None:
+            return None
+        return self._point(x, errors, scales(errors, self.setting.criteria.degrees, here.size))
+
+    def _carried_on(self, columns: FloatArray, before: _Point, here: _Point) -> FloatArray:
+        """Slopes that explain a step, changed as little as that takes in units of own steps."""
+        moved = here.x - before.x
+        along, left = moved / self.steps**2, here.errors - before.errors - columns @ moved
+        return columns + left[..., np.newaxis] * along / float(along @ moved)
 
     def _required(self, x: FloatArray) -> FloatArray:
         errors = self.errors([x])[0]
@@ -234,17 +248,16 @@ class _Descent:
             return np.full_like(np.concatenate([c.target for c in self.setting.cuts]), FAR)
         return errors
 
-    def _normal(
-        self, columns: FloatArray, x: FloatArray, errors: FloatArray, size: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+    def _normal(self, columns: FloatArray, here: _Point) -> tuple[FloatArray, FloatArray]:
         """Downhill direction and curvature."""
-        columns = columns / size[..., np.newaxis]
+        columns = columns / here.size[..., np.newaxis]
         columns[np.abs(columns) > _STEEPEST] = 0.0
-        weight = weights(errors, size, self.setting.criteria.degrees)
-        flat = (columns * np.sqrt(weight)[..., np.newaxis]).reshape(-1, len(x))
+        weight = weights(here.errors, here.size, self.setting.criteria.degrees)
+        heavy = np.sqrt(weight)
+        flat = (columns * heavy[..., np.newaxis]).reshape(-1, len(here.x))
         known = 1.0 / self.spread**2
-        pull = -flat.T @ (errors / size * np.sqrt(weight)).ravel() - (x - self.centre) * known
-        return pull, flat.T @ flat + np.diag(known)
+        told = -flat.T @ (here.errors / here.size * heavy).ravel()
+        return told - (here.x - self.centre) * known, flat.T @ flat + np.diag(known)
 
     def _step(
         self, x: FloatArray, pull: FloatArray, curvature: FloatArray, damping: float
@@ -265,10 +278,11 @@ class _Descent:
     def _leaves(self, x: FloatArray, step: FloatArray) -> BoolArray:
         return ((x <= self.low) & (step < 0.0)) | ((x >= self.high) & (step > 0.0))
 
-    def _fit(self, x: FloatArray, errors: FloatArray, size: FloatArray, value: float) -> Fit:
+    def _fit(self, here: _Point) -> Fit:
         own = len(self.centre) - sum(c.size for c in self.candidates)
         ends = np.cumsum([own, *[c.size for c in self.candidates]])
-        numbers = [x[a:b].copy() for a, b in zip(ends, ends[1:], strict=False)]
+        numbers = tuple(here.x[a:b].copy() for a, b in zip(ends, ends[1:], strict=False))
         return Fit(
-            self.setting, x[:own].copy(), self.candidates, tuple(numbers), errors, size, value
-        )
+            self.setting, here.x[:own].copy(), self.candidates, numbers, here.errors, here.size,
+            here.value,
+        )  # fmt: skip
