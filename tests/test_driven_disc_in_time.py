@@ -1,4 +1,4 @@
-"""The driven disc is told alone though the whole rig, which does not follow, used its time."""
+"""The driven disc is diagnosed alone though the whole rig used up its own time."""
 
 from __future__ import annotations
 

@@ -53,8 +53,8 @@ _SEARCH = 0.75
 # And that by windows, with what went before: where it ended early, 7 to 21 s more went by on opened
 # axes, with the time to begin.
 _BY_WINDOWS = 0.8
-# Share of the time for a whole rig whose driven disc may be asked alone afterwards: on two real
-# joints of an arm the disc took 33 and 43 of 120 s, and 96 had gone by before it was asked.
+# Share of the time for a whole rig whose driven disc may be asked alone afterwards, which ends at
+# `_BY_WINDOWS`: on two real joints of an arm it took 33 and 43 s, so of 120 s 53 are left at most.
 _WHOLE = 0.5
 # 5 s predictions with another friction law that are so many times as far off, all of them, refute
 # it; with a right but faint effect they were 1.1 times as far.
@@ -153,7 +153,7 @@ def _told(found: AnyDiagnosis, watch: Watch) -> AnyDiagnosis:
 def _may_be_asked_alone(
     recordings: Sequence[Recording], rig: Rig, holdout: Sequence[Recording]
 ) -> bool:
-    """Whether its torque and the string's other end are measured, so that a disc can be told alone.
+    """Whether the driven disc's torque and the string's other end were measured.
 
     Then all that moves the driven disc is known, though the other end may move as no disc on a
     brake does.

@@ -18,13 +18,15 @@ from drill_env.prediction.cut import Cut
 from drill_env.prediction.likelihood import FAR, log_density, scales, weights
 from drill_env.prediction.setting import Setting
 
-_ROUNDS = 15
-_ENOUGH = 0.02
+# Times that slopes are taken by differences, and the gain in nats that is worth another one: a
+# number of pure noise gains half a nat (Wilks 1938).
+_ROUNDS, _ENOUGH = 15, 0.02
 _DAMPING, _TRIES = 1e-3, 7
 # Share of what a step promises from which its slopes are good for another one, as of the radius of
 # trust (Nocedal and Wright, Numerical Optimization, 2006, algorithm 4.1).
 _KEPT = 0.25
 _STEP, _NUMBER_STEP = 1e-4, 1e-3
+# In scales of the errors: towards a prediction that failed, which is `FAR` off, there is no slope.
 _STEEPEST = 1e8
 # Standard deviation of a free shape's values, in usual sizes.
 _SHAPE_SPREAD = 2.0

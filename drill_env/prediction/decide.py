@@ -98,7 +98,9 @@ def decided(found: Round, criteria: Criteria) -> Choice:
         for group in (found.names, found.shapes)
     )
     found = replace(found, names=names, shapes=shapes)
-    if told.chosen is None:
+    # Beside a first name a second one is none before its rivals were tried.
+    early = bool(found.before[0].candidates) and not found.complete
+    if told.chosen is None or early:
         return Choice(found, None)
     taken = next(t for t in (*names, *shapes) if t.candidate.id == told.chosen.id)
     return Choice(found, taken, told.share, told.grades)
@@ -138,9 +140,6 @@ def explained(
             break
         offered = [c for c in candidates if c.id not in taken]
         choice = decided(searched(folds, here, offered, report), criteria)
-        if choices and not choice.found.complete:
-            # What was tried beside a first name is none before its rivals were.
-            choice = replace(choice, chosen=None)
         first_of_many = not choices and most > 1
         pair = _pair_for(choice, folds, offered, criteria, report) if first_of_many else None
         if pair is not None:
@@ -217,7 +216,7 @@ def _pair_for(
     folds, here = begun_anew(folds, first.fits)
     others = [c for c in offered if c.id != first.candidate.id]
     second = decided(searched(folds, here, others, report), criteria)
-    if second.chosen is None or not second.named or not second.found.complete:
+    if second.chosen is None or not second.named:
         return None
     folds, here = begun_anew(folds, second.chosen.fits)
     both, here = _again(folds, [replace(choice, chosen=first), second], here, criteria, report)
