@@ -99,7 +99,7 @@ def decided(found: Round, criteria: Criteria) -> Choice:
     )
     found = replace(found, names=names, shapes=shapes)
     # Beside a first name a second one is none before its rivals were tried.
-    early = bool(found.before[0].candidates) and not found.complete
+    early = not found.complete and any(fit.candidates for fit in found.before)
     if told.chosen is None or early:
         return Choice(found, None)
     taken = next(t for t in (*names, *shapes) if t.candidate.id == told.chosen.id)
