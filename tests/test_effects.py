@@ -468,6 +468,7 @@ NEUTRAL = {
     "amplifier_deadzone": {"width": 1e-4},
     "slew_limit": {"rate": 1e4},
     "actuator_lag": {"time_constant": 1e-4},
+    "drive_resonance": {"frequency": 300.0, "damping": 0.7},
     "input_delay": {"delay": 0.0},
     "gear_compliance": {
         "frequency": 150.0,

@@ -38,7 +38,8 @@ def test_a_drawn_rig_obeys_its_laws(number: int) -> None:
 # then, so their effects are named here.
 LAST = (
     "drive_speed_loss", "upper_drag_above_speed", "drag_above_speed", "lower_lugre",
-    "string_second_spring", "encoder_play_upper", "encoder_play_lower",
+    "string_second_spring", "encoder_play_upper", "encoder_play_lower", "drive_resonance",
+    "upper_viscous_damper", "lower_viscous_damper",
 )  # fmt: skip
 LATER = (
     "coasting", "commutation_ripple", "soft_saturation", "lower_gaussian_stribeck",

@@ -19,6 +19,21 @@ class ActuatorLag(Effect):
         return [(v.u - v.inner[0]) / self.q["time_constant"]]
 
 
+class DriveResonance(Effect):
+    """Inner states: the voltage that acts, and how fast it changes."""
+
+    def setup(self, q: dict[str, Any], start: Start) -> None:
+        self.initial = [start.volts_before, 0.0]
+
+    def add(self, s: Sums, v: View) -> None:
+        s.volts += v.inner[0] - v.u
+
+    def rates(self, v: View) -> list[float]:
+        w = 2 * pi * self.q["frequency"]
+        acting, rate = v.inner
+        return [rate, w * w * (v.u - acting) - 2 * self.q["damping"] * w * rate]
+
+
 class SlewLimit(Effect):
     """Follows the voltage in straight pieces, known beforehand: (time, value, slope)."""
 

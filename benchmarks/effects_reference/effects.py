@@ -17,6 +17,7 @@ from .brakes import (
 from .drive import (
     ActuatorLag,
     CurrentLimit,
+    DriveResonance,
     GearBacklash,
     GearCompliance,
     InputDelay,
@@ -27,18 +28,21 @@ from .formulas import FORMULAS, Formula
 from .strings import (
     LoadDependentFriction,
     LowerResonator,
+    LowerViscousDamper,
     StringAsymmetry,
     StringCreep,
     StringHysteresis,
     StringInertia,
     StringPlay,
     UpperResonator,
+    UpperViscousDamper,
 )
 from .view import Effect
 
 EFFECTS: dict[str, type[Effect]] = {
     **dict.fromkeys(FORMULAS, Formula),
     "actuator_lag": ActuatorLag,
+    "drive_resonance": DriveResonance,
     "slew_limit": SlewLimit,
     "input_delay": InputDelay,
     "current_limit": CurrentLimit,
@@ -53,6 +57,8 @@ EFFECTS: dict[str, type[Effect]] = {
     "string_inertia": StringInertia,
     "upper_resonator": UpperResonator,
     "lower_resonator": LowerResonator,
+    "upper_viscous_damper": UpperViscousDamper,
+    "lower_viscous_damper": LowerViscousDamper,
     "friction_step": FrictionStep,
     "torque_pulse": TorquePulse,
     "friction_heating": FrictionHeating,

@@ -115,3 +115,25 @@ class LowerResonator(UpperResonator):
 
     def add(self, s: Sums, v: View) -> None:
         s.torque_l += self.inertia(v.rig) * self.push(v)
+
+
+class UpperViscousDamper(Effect):
+    """Inner state: speed of the body."""
+
+    place = 1
+
+    def setup(self, q: dict[str, Any], start: Start) -> None:
+        self.initial = [start.state[self.place]]
+
+    def rates(self, v: View) -> list[float]:
+        return [((v.wu if self.place == 1 else v.wl) - v.inner[0]) / self.q["time_constant"]]
+
+    def add(self, s: Sums, v: View) -> None:
+        s.torque_u += self.q["share"] * v.rig.Ju * -self.rates(v)[0]
+
+
+class LowerViscousDamper(UpperViscousDamper):
+    place = 2
+
+    def add(self, s: Sums, v: View) -> None:
+        s.torque_l += self.q["share"] * v.rig.Jl * -self.rates(v)[0]

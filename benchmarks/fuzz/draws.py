@@ -87,6 +87,8 @@ def limits(effect: Effect, rig: Rig) -> dict[str, tuple[float, float]]:
         "string_inertia": {"frequency": (0.3, 30.0)},
         "upper_resonator": {"share": (1e-2, 1.0)},
         "lower_resonator": {"share": (1e-2, 1.0)},
+        "upper_viscous_damper": {"share": (1e-2, 1.0)},
+        "lower_viscous_damper": {"share": (1e-2, 1.0)},
         "rate_state": {"torque": (1e-2 * brake, 0.3 * brake)},
         "quadratic_drag": {"coefficient": (1e-6, 1e-2)},
         # Its heat leaves the brake some friction at twice the speed of full voltage.

@@ -7,7 +7,7 @@ FAMILIES: dict[str, tuple[str, ...]] = {
     "limit of the drive": (
         "amplifier_saturation", "soft_saturation", "current_limit", "supply_sag",
     ),
-    "late drive": ("input_delay", "actuator_lag", "slew_limit"),
+    "late drive": ("input_delay", "actuator_lag", "drive_resonance", "slew_limit"),
     "drive that differs with its direction": (
         "gain_asymmetry", "drive_braking_loss", "coasting",
     ),
@@ -43,6 +43,7 @@ FAMILIES: dict[str, tuple[str, ...]] = {
     "body on a spring": (
         "upper_resonator", "lower_resonator", "gear_compliance", "string_inertia",
     ),
+    "body that is dragged along": ("upper_viscous_damper", "lower_viscous_damper"),
     "play": ("gear_backlash", "string_play"),
     "string that is not linear": (
         "string_hardening", "string_second_spring", "string_asymmetry",

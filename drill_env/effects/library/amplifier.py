@@ -1,6 +1,7 @@
 """Between the voltage that is asked for and the motor."""
 
 from functools import partial
+from math import pi
 
 from drill_env.effects._effect import amplitude, effect, shape
 from drill_env.effects.signal import at_start, clipped, size_of
@@ -9,6 +10,7 @@ actuator = partial(effect, "actuator")
 
 _LAGS = (0.004, 0.008, 0.015, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3, 0.5)
 _DELAYS = (0.01, 0.015, 0.02, 0.03, 0.04, 0.06, 0.08, 0.12, 0.16, 0.2, 0.3)
+_RINGING = (0.5, 1.0, 2.0, 3.5, 6.0, 10.0, 18.0, 30.0)
 _RATES = (2.0, 4.0, 7.0, 10.0, 15.0, 20.0, 30.0, 45.0, 70.0, 100.0, 150.0, 250.0, 400.0)
 _WIDTHS = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0)
 _LEVELS = (
@@ -22,7 +24,7 @@ _LEVELS = (
     "The motor's torque follows the voltage with a lag.",
     shape("time_constant", "s", _LAGS, low=0.0001, high=20.0),
     states=1,
-    neighbours=("input_delay", "slew_limit", "gear_compliance"),
+    neighbours=("input_delay", "slew_limit", "drive_resonance", "gear_compliance"),
 )
 def actuator_lag(p, e, s, out):
     """km (v - u), time_constant dv/dt = u - v."""
@@ -30,6 +32,27 @@ def actuator_lag(p, e, s, out):
         e.z[0] = at_start(s)
     out.volts += e.z[0] - s.u
     e.rate[0] = (s.u - e.z[0]) / e.q[0]
+
+
+@actuator(
+    "voltage",
+    "The motor's torque follows the voltage as a spring would, with overshoot, such as behind a "
+    "filter or a controller of its current.",
+    shape("frequency", "Hz", _RINGING, low=0.05, high=500.0, form=0.0),
+    shape("damping", "1", (0.15, 0.4, 1.0), low=0.001, high=5.0),
+    formula="km (v - u), d2v/dt2 = w^2 (u - v) - 2 damping w dv/dt, w = 2 pi frequency",
+    states=2,
+    neighbours=("actuator_lag", "input_delay", "upper_resonator"),
+)
+def drive_resonance(p, e, s, out):
+    """km (v - u), d2v/dt2 = w^2 (u - v) - 2 damping w dv/dt, w = 2 pi frequency."""
+    if s.first:
+        e.z[0] = at_start(s)
+    out.volts += e.z[0] - s.u
+    wave = 2.0 * pi * e.q[0]
+    # The rate is kept in volts, as large as the voltage itself whatever the frequency.
+    e.rate[0] = wave * e.z[1]
+    e.rate[1] = wave * (s.u - e.z[0] - 2.0 * e.q[1] * e.z[1])
 
 
 @actuator(
