@@ -234,3 +234,21 @@ def test_a_name_whose_size_may_be_none_is_rejected(monkeypatch, without, names):
     vague.information = 1e-5 * vague.information
     assert decision([fit_of(100.0, 50.0, named("quadratic_drag"))])[0] == ["quadratic_drag"]
     assert decision([vague])[0] == names
+
+
+def resonator(damping: float) -> Term:
+    return Term(Named(LIBRARY["lower_resonator"]), np.array([1.0, 0.1, damping]))
+
+
+# A damping of 2 is the most that is searched.
+@pytest.mark.parametrize(("damping", "names"), [(0.3, 2), (2.0, 1)])
+def test_a_second_name_leaves_the_first_ones_numbers_determined(damping, names):
+    one = fit_of(1000.0, 500.0, resonator(0.3))
+    two = fit_of(1300.0, 600.0, resonator(damping), named("gain_asymmetry"))
+    ids, _ = decision([one], final=two, steps=(one,))
+    assert ids == ["lower_resonator", "gain_asymmetry"][:names]
+
+
+def test_a_name_whose_number_comes_to_its_end_later_is_none():
+    one, later = fit_of(1000.0, 500.0, resonator(0.3)), fit_of(1010.0, 500.0, resonator(2.0))
+    assert decision([one], final=later)[0] == []

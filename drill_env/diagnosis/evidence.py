@@ -118,6 +118,9 @@ def decided(
         found = replace(found, rounds=(first, *found.rounds[1:]))
     if not judge.borne(found.base, final):
         return _contradicted(found, final, criteria), table
+    if any(at_range_end(term) for term in final.terms):
+        refuted = _contradicted(found, final, criteria)
+        return replace(refuted, reason="a number of it came to the end of its range"), table
     return replace(found, final=final if judge.has_size(final, 0) else found.base), table
 
 
@@ -254,6 +257,9 @@ class _Judge:
             step: one with more terms.
             whole: evidence for the first of them, nats.
         """
+        if any(at_range_end(term) for term in step.terms):
+            # Beside a name that takes its place an earlier one is not determined any more.
+            return False
         last = step.terms[-1]
         gains = np.zeros(0) if _once(last) else self.held.blocks(step) - self.held.blocks(here)
         row, stands = self.compared(last, 0.5 * (here.bic - step.bic), gains)

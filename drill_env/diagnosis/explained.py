@@ -27,6 +27,10 @@ from drill_env.prediction.noise import ALIKE
 CONFIDENT = 1.96
 """Standard errors of a share that hold 95 % of a normal."""
 
+# Of a motion that noise drives, two courses differ by twice its mean square and no prediction need
+# err by more than once: by so much at most a right model errs more than another one.
+_DRIVEN = 2.0
+
 
 def explained_share(before: float, after: float, floor: float = 0.0) -> float:
     """Share of a mean squared error beyond that of noise which is gone.
@@ -43,8 +47,8 @@ def explained_share(before: float, after: float, floor: float = 0.0) -> float:
     if not math.isfinite(after):
         return 1.0
     if not before > ALIKE * floor:
-        worse = after > ALIKE * max(before, floor)
-        return 1.0 - after / max(before, floor) if worse else 1.0
+        usual = max(before, min(floor, _DRIVEN * before))
+        return 1.0 - after / usual if after > ALIKE * usual else 1.0
     return 1.0 - max(after - floor, 0.0) / (before - floor)
 
 
