@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+import drill_env.diagnosis.diagnose as within
 from benchmarks.rig_maker import quasi_random
 from drill_env import Rig, _watch
 from drill_env.diagnosis.diagnose import diagnose
@@ -58,3 +59,31 @@ def test_the_driven_disc_has_time_of_its_own(monkeypatch: pytest.MonkeyPatch):
     assert found.complete
     assert [e.id for e in found.effects] == ["upper_coulomb"]
     assert found.effects[0].parameters["torque"].value == pytest.approx(COULOMB, rel=0.1)
+
+
+class Ended(Exception):
+    """The search was told to end."""
+
+
+@pytest.mark.parametrize(("leads", "seconds"), [(False, 45), (True, 90)])
+def test_once_a_name_leads_the_whole_rig_has_all_of_the_search_time(monkeypatch, leads, seconds):
+    """Of two effects with a measured torque the second was left out on a slow machine."""
+    told: list[str] = []
+    monkeypatch.setattr(_watch, "stopwatch", lambda: lambda: float(len(told)))
+
+    def find(*given, report, named, **options):
+        for _ in range(10):
+            assert not report("trying")
+        if leads:
+            named()
+        while not report("looking for more"):
+            pass
+        raise Ended
+
+    monkeypatch.setattr(within, "find", find)
+    runs = [moved_by_hand(seed) for seed in range(2)]
+    with pytest.raises(Ended):
+        diagnose(
+            runs[:1], RIG, runs[1:], options=DiagnosisOptions(seconds=120.0), report=told.append
+        )
+    assert len(told) == seconds + 1

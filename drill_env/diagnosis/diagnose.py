@@ -55,6 +55,7 @@ _SEARCH = 0.75
 _BY_WINDOWS = 0.8
 # Share of the time for a whole rig whose driven disc may be asked alone afterwards, which ends at
 # `_BY_WINDOWS`: on two real joints of an arm it took 33 and 43 s, so of 120 s 53 are left at most.
+# It holds until a name leads: of the joints' ends, which no disc on a brake moves as, no name did.
 _WHOLE = 0.5
 # 5 s predictions with another friction law that are so many times as far off, all of them, refute
 # it; with a right but faint effect they were 1.1 times as far.
@@ -128,10 +129,16 @@ def diagnose(
     alone = _may_be_asked_alone(recordings, rig, holdout)
     seconds = (_WHOLE if alone else 1.0) * options.seconds
     first, judged = (Watch(report, s * seconds) for s in (_SEARCH, 1.0))
+
+    def led() -> None:
+        # Where a name leads, the whole rig is what there is to ask.
+        first.seconds, judged.seconds = _SEARCH * options.seconds, options.seconds
+
     with threadpool_limits(1):
-        whole = _diagnose(recordings, holdout, rig, options, first, judged.over)
+        whole = _diagnose(recordings, holdout, rig, options, first, judged.over, led)
     whole = _told(whole, first if first.ended else judged)
-    if whole.result.verdict != "unexplained" or first.ended == ASKED or not alone:
+    known = whole.result.verdict != "unexplained" or first.ended == ASKED
+    if known or not alone or by_windows.over():
         return whole
     fitted = (whole.found.setting, whole.found.base) if holdout else None
     driven = diagnose_by_prediction(recordings, rig, holdout, options, by_windows, fitted=fitted)
@@ -188,6 +195,7 @@ def _scale(samples: Sequence[Samples], fixed: Container[str]) -> str:
 def _diagnose(
     recordings: Sequence[Recording], holdout: Sequence[Recording], rig: Rig,
     options: DiagnosisOptions, report: Report, over: Callable[[], bool],
+    named: Callable[[], None],
 ) -> Diagnosis:  # fmt: skip
     every, given = [*recordings, *holdout], rig.replace(**options.fixed)
     options = replace(options, fixed=with_known_scale(every, options.fixed))
@@ -200,7 +208,10 @@ def _diagnose(
     free = free_parameters(rig, options.fixed, _scale(samples, options.fixed))
     left_out = (*options.leave_out, *left_out_of_search(recordings))
     library = offered_effects(rig, free, left_out, amplifier=not measured, moved=moved)
-    found = find(samples, rig, free, library, most=options.most, doubt=options.doubt, report=report)
+    found = find(
+        samples, rig, free, library, most=options.most, doubt=options.doubt, report=report,
+        named=named,
+    )  # fmt: skip
     law = None
     other = rig.friction != "humped" and "friction_shape" not in options.leave_out
     if other and not report("trying another friction law"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -210,6 +210,7 @@ def _starts(setting: Setting, fit: Fit, hopeful: Sequence[Scored], report: Repor
 def find(
     samples: Sequence[Samples], rig: Rig, free: Sequence[str], effects: Sequence[Effect],
     *, most: int = 2, doubt: float = 0.05, report: Report = lambda text: None,
+    named: Callable[[], None] = lambda: None,
 ) -> Found:  # fmt: skip
     """Fit the rig, then look for what it lacks.
 
@@ -221,10 +222,11 @@ def find(
         most: effects that are looked for.
         doubt: relative standard deviation of the rig's parameters around the start.
         report: told what is being done.
+        named: called once a name leads.
     """
     setting, base = cleaned_base(samples, rig, free, doubt, report)
     setting = replace(setting, over=over_by(report))
-    here, base, rounds = _sought(setting, base, effects, most, report)
+    here, base, rounds = _sought(setting, base, effects, most, report, named)
     terms = len(here.terms)
     if terms and not report("asking again what was found first"):
         here, rounds = against_rivals(setting, here, rounds)
@@ -236,8 +238,9 @@ def find(
 
 
 def _sought(
-    setting: Setting, base: Fit, effects: Sequence[Effect], most: int, report: Report
-) -> tuple[Fit, Fit, list[Round]]:
+    setting: Setting, base: Fit, effects: Sequence[Effect], most: int, report: Report,
+    named: Callable[[], None],
+) -> tuple[Fit, Fit, list[Round]]:  # fmt: skip
     """Look for one effect after another.
 
     Returns:
@@ -268,4 +271,6 @@ def _sought(
         if first and nameless(rounds[-1]):
             # Beside what a free shape explains far better no second name is worth a search.
             break
+        if first:
+            named()
     return here, base, rounds
