@@ -39,7 +39,7 @@ def searched(monkeypatch, best, most):
     monkeypatch.setattr(module, "search", round_at)
     monkeypatch.setattr(rivals, "polished", lambda setting, fit: fit)
     monkeypatch.setattr(module, "refitted_alone", lambda setting, found: found)
-    here, *_, rounds = module._sought(None, fit_with(), (), most, lambda text: None)
+    here, *_, rounds = module._sought(None, fit_with(), (), most, lambda text: None, lambda: None)
     assert len(rounds) == len(here.terms)
     return [term.id for term in here.terms]
 
