@@ -54,7 +54,7 @@ def test_the_share_is_of_what_noise_does_not_give():
     # A name with which they err far more than noise and the rig alone is none all the same.
     assert explained_share(1.5, 6.0, 1.0) == pytest.approx(-3.0)
     assert explained_share(4.0, 5.0) == pytest.approx(-0.25)
-    # Noise as large as it likes makes no model err so much more than the rig alone.
+    # Noise, however large, makes no right model err so much more than the rig alone.
     assert explained_share(1.3, 5.0, 5.5) == 1.0
     assert explained_share(1.3, 5.7, 5.5) == pytest.approx(1.0 - 5.7 / 2.6)
 

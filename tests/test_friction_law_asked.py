@@ -9,6 +9,7 @@ import pytest
 
 import drill_env.diagnosis.law as law
 from drill_env import Rig
+from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.law import law_fit, nearest_of_law
 from drill_env.diagnosis.offered import free_parameters
@@ -53,16 +54,21 @@ def test_a_search_with_the_humped_law_is_made_where_it_is_asked_for(
     rig = times(COULOMB if not asked else COULOMB.replace(Tsl=0.01), factor)
     samples = [prepare(recording, rig) for recording in made_by()]
     plain = find(samples, rig, free_parameters(rig), (), most=0)
-    searches = []
+    searches, fits = [], []
 
     def searched(*args, **options):
         searches.append(args)
         return find(*args, **options)
 
+    def fitted(*args):
+        fits.append(args)
+        return base_fit(*args)
+
     monkeypatch.setattr(law, "find", searched)
+    monkeypatch.setattr(law, "base_fit", fitted)
     found, own = law_fit(samples, rig, plain, (), 0, lambda text: None)
     assert own is plain
-    assert len(searches) == asked
+    assert len(searches) == len(fits) == asked
     assert (found is not None) == asked
     if found is not None:
         assert found.gain > 1000.0 and found.found.final.rig.friction == "humped"

@@ -17,9 +17,12 @@ from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import remaining
 from drill_env.diagnosis.joint import polished
+from drill_env.diagnosis.linearised import linearised_at
 from drill_env.diagnosis.residual_torque import PREDICTABLE, Latent, residual_torque_of
 from drill_env.diagnosis.rounds import NEEDED, Found
+from drill_env.diagnosis.scan import scored_together
 from drill_env.diagnosis.search import find
+from drill_env.diagnosis.shapes import plain_shape
 from drill_env.effects import Effect
 from drill_env.friction import lower_curve
 from drill_env.identification.coordinates import active_names
@@ -67,6 +70,8 @@ def law_fit(
         doubt: relative standard deviation of the rig's parameters around the start.
         fixed: parameters that are held as given.
     """
+    if not _may_bend(plain):
+        return None, plain
     humped, freed = _humped(rig, plain.final, fixed)
     kept = {*plain.setting.coordinates.free, *freed}
     free = [n for n in SYMBOLS if n in active_names(humped) & kept]
@@ -160,6 +165,22 @@ def _with_own_law(fit: Fit, plain: Found, rig: Rig) -> Found:
         rounds = (restated(found.rounds[0], here), *found.rounds[1:])
         found = replace(found, rounds=rounds)
     return found
+
+
+def _may_bend(plain: Found) -> bool:
+    """Whether a free function of the lower disc's speed may gain what any effect must gain.
+
+    Any law of the brake is such a function, and needs more of gain for its numbers. The gain is
+    expected from the slopes at the fit (Rao, Proceedings of the Cambridge Philosophical Society 44,
+    1948), with what the fit itself may still gain; fits take ten times as long.
+    """
+    fit = plain.final
+    brake = plain_shape("lower", "omega_l", fit.motions)
+    if brake is None:
+        return False
+    linearised = linearised_at(plain.setting, fit)
+    own = float(fit.gradient @ linearised.cross @ fit.gradient) / linearised.dispersion
+    return own + scored_together(linearised, [brake])[0].gain >= NEEDED
 
 
 def _left_at_the_brake(plain: Found) -> bool:
