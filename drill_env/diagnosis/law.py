@@ -172,7 +172,7 @@ def _may_bend(plain: Found) -> bool:
 
     Any law of the brake is such a function, and needs more of gain for its numbers. The gain is
     expected from the slopes at the fit (Rao, Proceedings of the Cambridge Philosophical Society 44,
-    1948), with what the fit itself may still gain; fits take ten times as long.
+    1948), with what the fit itself may still gain; fits take a hundred times as long.
     """
     fit = plain.final
     brake = plain_shape("lower", "omega_l", fit.motions)
