@@ -21,6 +21,7 @@ from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.diagnose import _scale, diagnose
 from drill_env.diagnosis.offered import free_parameters
 from drill_env.diagnosis.options import DiagnosisOptions
+from drill_env.effects import LIBRARY
 from drill_env.identification.estimate import identify
 from drill_env.identification.inverse_dynamics import InverseOptions
 from drill_env.identification.known_loads import known_effects, tells_scale
@@ -202,6 +203,21 @@ def test_a_gear_is_the_same_behind_a_heavier_disc():
     run = geared_run(0.03)
     assert off(run, KNOWN, initial=np.zeros(4)) < 1e-5
     assert off(bare(run), OTHER, initial=np.zeros(4)) > 1e-3
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["upper_resonator", "lower_resonator", "upper_viscous_damper", "lower_viscous_damper"],
+)
+def test_a_body_at_a_disc_keeps_its_inertia_and_its_pace(name):
+    effect = LIBRARY[name]
+    names = [p.name for p in effect.parameters]
+    numbers = np.linspace(0.3, 0.7, len(names))
+    assert effect.heavier is not None
+    there = dict(zip(names, effect.heavier(numbers, 2.5), strict=True))
+    here = dict(zip(names, numbers, strict=True))
+    assert 2.5 * there.pop("share") == pytest.approx(here.pop("share"))
+    assert there == here
 
 
 def test_the_filter_takes_the_gear_for_the_same_too():

@@ -120,7 +120,7 @@ def decided(
         return _contradicted(found, final, criteria), table
     if any(at_range_end(term) for term in final.terms):
         refuted = _contradicted(found, final, criteria)
-        return replace(refuted, reason="a number of it came to the end of its range"), table
+        return replace(refuted, reason="a number came to the end of its range"), table
     return replace(found, final=final if judge.has_size(final, 0) else found.base), table
 
 

@@ -1,10 +1,10 @@
 """Bodies that a disc drags along by friction: an untuned damper, a fluid that is entrained."""
 
-import numpy as np
+from functools import partial
 
 from drill_env._jit import kernel
-from drill_env._types import FloatArray
 from drill_env.effects._effect import amplitude, effect, shape
+from drill_env.effects.library.upper_torques import same_body
 
 _SOURCE = "Den Hartog, Mechanical Vibrations, 4th ed. 1956 (untuned viscous damper)"
 _NUMBERS = (
@@ -14,11 +14,6 @@ _NUMBERS = (
         low=0.001, high=100.0,
     ),
 )  # fmt: skip
-
-
-def _same_body(q: FloatArray, times: float) -> FloatArray:
-    """A body's numbers on a disc of so many times the inertia: the body is the same."""
-    return q / np.array([times, 1.0])
 
 
 @kernel
@@ -39,7 +34,7 @@ def dragged(e, s, omega, inertia):
     states=1,
     rigs_own_if_slow=True,
     neighbours=("upper_resonator", "upper_viscous", "upper_friction_lag"),
-    heavier=_same_body,
+    heavier=partial(same_body, share=0),
     source=_SOURCE,
 )
 def upper_viscous_damper(p, e, s, out):
@@ -56,7 +51,7 @@ def upper_viscous_damper(p, e, s, out):
     states=1,
     rigs_own_if_slow=True,
     neighbours=("lower_resonator", "friction_lag", "quadratic_drag"),
-    heavier=_same_body,
+    heavier=partial(same_body, share=0),
     source=_SOURCE,
 )
 def lower_viscous_damper(p, e, s, out):

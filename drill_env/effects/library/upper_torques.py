@@ -3,7 +3,6 @@
 from functools import partial
 from math import pi
 
-import numpy as np
 from numpy import cos
 
 from drill_env._jit import kernel
@@ -27,9 +26,14 @@ RESONATOR = (
 """The body's own frequency with the disc held, its share of the disc's inertia, and its damping."""
 
 
-def same_body(q: FloatArray, times: float) -> FloatArray:
-    """A resonator's numbers on a disc of so many times the inertia: the body is the same."""
-    return q / np.array([1.0, times, 1.0])
+def same_body(q: FloatArray, times: float, share: int = 1) -> FloatArray:
+    """A body's numbers on a disc of so many times the inertia: the body is the same.
+
+    `share` is the place of its share of that inertia.
+    """
+    out = q.copy()
+    out[share] = q[share] / times
+    return out
 
 
 @kernel
