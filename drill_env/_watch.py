@@ -56,6 +56,10 @@ class Watch:
             self.ended = f"{self.seconds:g} s"
         return bool(self.ended)
 
+    def left(self) -> float:
+        """Seconds that are left."""
+        return 0.0 if self.over() else self.seconds - self._worked()
+
     def __call__(self, text: str) -> bool:
         """Tell what is done next; returns whether to leave it out if that is possible."""
         asked = self.report(text) is True
@@ -72,3 +76,8 @@ def _spent_on_work() -> tuple[float, float]:
 def over_by(report: Report) -> Callable[[], bool]:
     """What tells, within one thing that takes long, whether a report ended it."""
     return report.over if isinstance(report, Watch) else never
+
+
+def left_by(report: Report) -> float:
+    """Seconds that a report leaves."""
+    return report.left() if isinstance(report, Watch) else math.inf

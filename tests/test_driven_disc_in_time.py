@@ -71,7 +71,7 @@ def test_once_a_name_leads_the_whole_rig_has_all_of_the_search_time(monkeypatch,
     told: list[str] = []
     monkeypatch.setattr(_watch, "stopwatch", lambda: lambda: float(len(told)))
 
-    def find(*given, report, named, **options):
+    def find(setting, base, effects, most, report, named):
         for _ in range(10):
             assert not report("trying")
         if leads:
@@ -80,7 +80,8 @@ def test_once_a_name_leads_the_whole_rig_has_all_of_the_search_time(monkeypatch,
             pass
         raise Ended
 
-    monkeypatch.setattr(within, "find", find)
+    monkeypatch.setattr(within, "cleaned_base", lambda *given: (None, None))
+    monkeypatch.setattr(within, "find_beside", find)
     runs = [moved_by_hand(seed) for seed in range(2)]
     with pytest.raises(Ended):
         diagnose(

@@ -7,15 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import drill_env.diagnosis.humped_law as humped_law
 import drill_env.diagnosis.law as law
 from drill_env import Rig
 from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.extended import evaluate
-from drill_env.diagnosis.law import law_fit, nearest_of_law
+from drill_env.diagnosis.humped_law import nearest_of_law
+from drill_env.diagnosis.law import find_with_laws, law_fit
 from drill_env.diagnosis.offered import free_parameters
-from drill_env.diagnosis.rig_coordinates import RigCoordinates
-from drill_env.diagnosis.search import find
-from drill_env.identification.coordinates import Coordinates
+from drill_env.diagnosis.rounds import Found
+from drill_env.diagnosis.search import find, find_beside
 from drill_env.identification.samples import prepare
 from drill_env.integrator import sampled_voltage, simulate
 from drill_env.recordings import Recording
@@ -56,17 +57,16 @@ def test_a_search_with_the_humped_law_is_made_where_it_is_asked_for(
     plain = find(samples, rig, free_parameters(rig), (), most=0)
     searches, fits = [], []
 
-    def searched(*args, **options):
-        searches.append(args)
-        return find(*args, **options)
+    def searched(setting, base):
+        searches.append(base)
+        return find_beside(setting, base, (), 0, lambda text: None)
 
     def fitted(*args):
         fits.append(args)
         return base_fit(*args)
 
-    monkeypatch.setattr(law, "find", searched)
-    monkeypatch.setattr(law, "base_fit", fitted)
-    found, own = law_fit(samples, rig, plain, (), 0, lambda text: None)
+    monkeypatch.setattr(humped_law, "base_fit", fitted)
+    found, own = law_fit(plain, searched, lambda text: None)
     assert own is plain
     assert len(searches) == len(fits) == asked
     assert (found is not None) == asked
@@ -86,7 +86,7 @@ def test_a_law_that_bends_to_no_hump_is_the_rigs_own():
     assert nearest_of_law(Rig.paper(), falling, speeds) is None
 
 
-def test_a_better_fit_is_kept_under_the_rigs_own_law(monkeypatch):
+def test_a_better_fit_is_kept_under_the_rigs_own_law():
     """The search with the simpler law ended badly, and the other one found a law without a hump."""
     samples = [prepare(of_coulomb(i), COULOMB) for i in range(2)]
     plain = find(samples, COULOMB, free_parameters(COULOMB), (), most=0)
@@ -95,16 +95,52 @@ def test_a_better_fit_is_kept_under_the_rigs_own_law(monkeypatch):
     spoilt = evaluate(setting, vector, (), end.noise, end.starts, end.motions)
     assert spoilt.bic > end.bic + 100.0
 
-    def flat(samples, rig, free, effects, **options):
-        there = replace(setting, coordinates=RigCoordinates(Coordinates(rig, tuple(free))))
-        law = rig.replace(**{n: getattr(end.rig, n) for n in setting.coordinates.free})
+    def flat(there, base):
+        law = base.rig.replace(**{n: getattr(end.rig, n) for n in setting.coordinates.free})
         at = there.coordinates.vector(law.replace(T1=1e-7, T2=-1e-7))
         fit = evaluate(there, at, (), end.noise, end.starts, end.motions)
         return replace(plain, setting=there, base=fit, final=fit)
 
-    monkeypatch.setattr(law, "find", flat)
     bad = replace(plain, base=spoilt, final=spoilt)
-    found, own = law_fit(samples, COULOMB, bad, (), 0, lambda text: None)
+    found, own = law_fit(bad, flat, lambda text: None)
     assert found is None
     assert own.final.rig.friction == "coulomb"
     assert own.final.bic == pytest.approx(end.bic, abs=5.0)
+
+
+@pytest.mark.parametrize(("left", "laws"), [(99.0, ["humped", "coulomb"]), (1.0, ["humped"])])
+def test_where_the_humped_law_leads_it_is_searched_first(left, laws, monkeypatch):
+    """On a slow machine the search with a wrong law of the brake took all the time."""
+    rig = COULOMB.replace(Tsl=0.01)
+    samples = [prepare(made(Rig.paper(), (), (8, i)), rig) for i in range(2)]
+    setting, base = base_fit(samples, rig, free_parameters(rig))
+    searched = []
+
+    def searches(setting, base, effects, most, report, named):
+        searched.append(base.rig.friction)
+        return Found(setting, base, (), base)
+
+    monkeypatch.setattr(law, "find_beside", searches)
+    monkeypatch.setattr(law, "stopwatch", lambda: lambda: 10.0)
+    monkeypatch.setattr(law, "left_by", lambda report: left)
+    other, own = find_with_laws(setting, base, (), 2, lambda text: None)
+    assert searched == laws
+    assert other is not None and other.gain > 1000.0
+    assert other.found.final.rig.friction == "humped" and own.final is base
+
+
+def test_a_law_that_leads_nowhere_is_searched_last(monkeypatch):
+    samples = [prepare(of_coulomb(i), COULOMB) for i in range(2)]
+    setting, base = base_fit(samples, COULOMB, free_parameters(COULOMB))
+    # As if a free function of the speed gained; the humped law itself gains nothing.
+    monkeypatch.setattr(law, "_may_bend", lambda setting, fit: True)
+    searched = []
+
+    def searches(setting, base, effects, most, report, named):
+        searched.append(base.rig.friction)
+        return Found(setting, base, (), base)
+
+    monkeypatch.setattr(law, "find_beside", searches)
+    other, own = find_with_laws(setting, base, (), 2, lambda text: None)
+    assert other is None and searched == ["coulomb"]
+    assert own.final.rig.friction == "coulomb"

@@ -106,9 +106,8 @@ def answer(
     )  # fmt: skip
     if found.repetition is not None:
         result = with_repetition(result, found.repetition, found.final.rig.km)
-    return replace(
-        result, sentences=sentences(result, found.rejected, found.reason, looked=bool(found.rounds))
-    )
+    looked = bool(found.rounds) or found.refuted is not None
+    return replace(result, sentences=sentences(result, found.rejected, found.reason, looked=looked))
 
 
 def _verdict(

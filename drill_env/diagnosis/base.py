@@ -25,13 +25,17 @@ from drill_env.parameters import Rig
 from drill_env.prediction.given import given_numbers
 
 _RELEASE = 6.0
-# Rounds of a descent, and how often it begins again.
-_ROUNDS, _AGAIN = 25, 2
+# Rounds of a descent.
+_ROUNDS = 25
+
+AGAIN = 2
+"""How often a descent begins again under the noise that it came to, at most."""
 
 
 def base_fit(
-    samples: Sequence[Samples], rig: Rig, free: Sequence[str], doubt: float = 0.05
-) -> tuple[Setting, Fit]:
+    samples: Sequence[Samples], rig: Rig, free: Sequence[str], doubt: float = 0.05,
+    again: int = AGAIN,
+) -> tuple[Setting, Fit]:  # fmt: skip
     """Fit the rig alone, held near the start where it does not explain the recordings."""
     coordinates = RigCoordinates(Coordinates(rig, tuple(free)), given_numbers(rig))
     samples = [replace(s, release=_RELEASE) for s in samples]
@@ -54,7 +58,7 @@ def base_fit(
     # inertias and torques shrink until the usual noise moves it so much. So it begins again under
     # the noise that it came to.
     begin, ends = here, [_fitted(plain, setting, here)]
-    for _ in range(_AGAIN):
+    for _ in range(again):
         noise = ends[-1].noise
         start = evaluate(plain, begin.vector, (), noise, begin.starts, begin.motions)
         ends.append(_fitted(plain, setting, start))

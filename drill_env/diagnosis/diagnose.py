@@ -12,6 +12,7 @@ from threadpoolctl import threadpool_limits
 from drill_env._errors import InputError
 from drill_env._watch import ASKED, Report, Watch
 from drill_env.diagnosis.answer import Unseen, answer
+from drill_env.diagnosis.base import cleaned_base
 from drill_env.diagnosis.bounded import bounded, check_told
 from drill_env.diagnosis.by_prediction import PredictionDiagnosis, diagnose_by_prediction
 from drill_env.diagnosis.clock import cleaned
@@ -21,7 +22,7 @@ from drill_env.diagnosis.explained import that_explain
 from drill_env.diagnosis.faults import find_faults
 from drill_env.diagnosis.follows import follow, only_if_they_follow
 from drill_env.diagnosis.held_out import Judged, judge_all, judged_channels, rms
-from drill_env.diagnosis.law import LawFit, law_fit
+from drill_env.diagnosis.law import LawFit, find_with_laws
 from drill_env.diagnosis.noise_floor import errors_by_noise
 from drill_env.diagnosis.offered import free_parameters, offered_effects
 from drill_env.diagnosis.one_law import one_law
@@ -29,7 +30,7 @@ from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.predicted import with_predictions
 from drill_env.diagnosis.result import DiagnosisResult
 from drill_env.diagnosis.rounds import Found, outdone
-from drill_env.diagnosis.search import find
+from drill_env.diagnosis.search import find_beside
 from drill_env.diagnosis.sentences import ended_early
 from drill_env.diagnosis.unexplained_residual import with_residual_torque
 from drill_env.effects.declared import declared
@@ -208,15 +209,12 @@ def _diagnose(
     free = free_parameters(rig, options.fixed, _scale(samples, options.fixed))
     left_out = (*options.leave_out, *left_out_of_search(recordings))
     library = offered_effects(rig, free, left_out, amplifier=not measured, moved=moved)
-    found = find(
-        samples, rig, free, library, most=options.most, doubt=options.doubt, report=report,
-        named=named,
-    )  # fmt: skip
-    law = None
-    other = rig.friction != "humped" and "friction_shape" not in options.leave_out
-    if other and not report("trying another friction law"):
-        law, found = law_fit(
-            samples, rig, found, library, options.most, report, options.doubt, options.fixed
+    setting, base = cleaned_base(samples, rig, free, options.doubt, report)
+    if rig.friction == "humped" or "friction_shape" in options.leave_out:
+        law, found = None, find_beside(setting, base, library, options.most, report, named)
+    else:
+        law, found = find_with_laws(
+            setting, base, library, options.most, report, options.fixed, named
         )
     report("judging held-out recordings")
     law, unseen, table = _held_out(*_until(over, found, law), held, options.seed)
@@ -258,7 +256,7 @@ def _held_out(
     before = judge_all(ready, setting, base)
     after = judge_all(ready, found.setting, found.final)
     if law and (_far_further(before, after) or not follow(after)):
-        return _held_out(plain, None, held, seed)
+        return _held_out(_without(law, plain), None, held, seed)
     drawn = errors_by_noise(ready, found.final, after, seed)
     named = found.final
     found = only_if_they_follow(found, before, after)
@@ -274,9 +272,19 @@ def _held_out(
         after = judge_all(ready, found.setting, found.final)
         drawn = errors_by_noise(ready, found.final, after, seed)
     if law and found.residual_shape is not None:
-        return _held_out(plain, None, held, seed)
+        return _held_out(_without(law, plain), None, held, seed)
     found = replace(found, one_law=one_law(found, ready, before, after, Criteria()))
     return law, Unseen(found, ready, before, after, drawn), table
+
+
+def _without(law: LawFit, plain: Found) -> Found:
+    """The search with the rig's own law, after the humped one was refuted.
+
+    Where no time was left for it, what gained with the humped law is missing without a name.
+    """
+    if plain.rounds or not law.found.rounds:
+        return plain
+    return replace(plain, refuted=law.found.final)
 
 
 def _far_further(before: Sequence[Judged], after: Sequence[Judged]) -> bool:

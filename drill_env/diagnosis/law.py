@@ -2,37 +2,29 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Container, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
-import numpy as np
-
-from drill_env._errors import InputError
-from drill_env._types import FloatArray
-from drill_env._watch import Report
+from drill_env._watch import Report, left_by, over_by, stopwatch
 from drill_env.diagnosis.attempts import restated
-from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.extended import evaluate
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import remaining
+from drill_env.diagnosis.humped_law import HumpedAlone, humped_alone, near_own_law
 from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.linearised import linearised_at
 from drill_env.diagnosis.residual_torque import PREDICTABLE, Latent, residual_torque_of
 from drill_env.diagnosis.rounds import NEEDED, Found
 from drill_env.diagnosis.scan import scored_together
-from drill_env.diagnosis.search import find
+from drill_env.diagnosis.search import find_beside
 from drill_env.diagnosis.shapes import plain_shape
+from drill_env.diagnosis.unusual import unusual
 from drill_env.effects import Effect
-from drill_env.friction import lower_curve
-from drill_env.identification.coordinates import active_names
-from drill_env.identification.samples import Samples
-from drill_env.parameters import SYMBOLS, Rig
-from drill_env.parameters.rig import LOWER_LAW
+from drill_env.parameters import Rig
 
-# Share of the friction (root mean square) by which a law must bend away from the rig's own to be
-# another one. A brake without a hump had 0.0002, one of eddy currents 0.14, the paper's 0.12.
-_BENT = 0.01
+# Where the brake's law acts.
+_BRAKE = ("lower", "omega_l")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,98 +44,115 @@ class LawFit:
     gain: float
 
 
+def find_with_laws(
+    setting: Setting, base: Fit, effects: Sequence[Effect], most: int, report: Report,
+    fixed: Container[str] = (), named: Callable[[], None] = lambda: None,
+) -> tuple[LawFit | None, Found]:  # fmt: skip
+    """What a rig with a simpler law lacks: the humped law, or what is found with its own.
+
+    Where the rig is better off with the humped law alone, that is searched first: beside a wrong
+    law of the brake many names gain, and all the time would go on them. Its own law is searched
+    for what may take its place, if the time is left that the first search took.
+
+    Args:
+        setting: recordings and free parameters.
+        base: the rig with its own law, fitted.
+        effects: the library.
+        most: effects that are looked for.
+        report: told what is being done.
+        fixed: parameters that are held as given.
+        named: called once a name leads.
+
+    Returns:
+        The search with the humped law, if it is another one, and the search with the rig's own.
+    """
+    search = partial(find_beside, report=report, named=named)
+    find = partial(search, effects=effects, most=most)
+    setting = replace(setting, over=over_by(report))
+    report("asking for another friction law")
+    humped = _leading(setting, base, fixed)
+    if humped is None:
+        plain = find(setting, base)
+        if report("trying another friction law"):
+            return None, plain
+        return law_fit(plain, find, report, fixed)
+    clock = stopwatch()
+    found = find(humped.setting, humped.fit)
+    plain = Found(setting, base, (), base)
+    if left_by(report) > clock():
+        plain = search(setting, base, *_rivals(found, effects, most))
+    return _other_law(plain, found, humped)
+
+
+def _leading(setting: Setting, base: Fit, fixed: Container[str]) -> HumpedAlone | None:
+    """The rig alone with the humped law, where it is another one and alone gains already."""
+    if not _may_bend(setting, base):
+        return None
+    # One descent tells; those that begin again take as long each.
+    if humped_alone(setting, base, fixed, again=0).gain(base) < NEEDED:
+        return None
+    humped = humped_alone(setting, base, fixed)
+    return humped if near_own_law(humped.fit, base) is None else None
+
+
+def _rivals(
+    found: Found, effects: Sequence[Effect], most: int
+) -> tuple[Sequence[Effect], int]:  # fmt: skip
+    """The names, and how many, that may do without the humped law what was found with it.
+
+    Where the law leaves nothing but noise, another model may do as much and no more. Then it is the
+    same function of the lower disc's speed, or has one as a limit.
+    """
+    tried = found.rounds and found.rounds[0].complete
+    if not tried or found.final.terms or unusual(found.setting, found.final):
+        return effects, most
+    return [e for e in effects if (e.component, e.depends_on) == _BRAKE], min(most, 1)
+
+
 def law_fit(
-    samples: Sequence[Samples], rig: Rig, plain: Found, effects: Sequence[Effect], most: int,
-    report: Report, doubt: float = 0.05, fixed: Container[str] = (),
+    plain: Found, find: Callable[[Setting, Fit], Found], report: Report,
+    fixed: Container[str] = (),
 ) -> tuple[LawFit | None, Found]:  # fmt: skip
     """The search with the humped law, if it is another one, and the search with the rig's own law.
 
     The second is the given one, or what the first found where its law bends to no hump.
 
     Args:
-        samples: recordings.
-        rig: the given one, with a simpler law.
-        plain: the search with it.
-        effects: the library.
-        most: effects that are looked for.
+        plain: the search with the rig's own law.
+        find: searches a rig that is fitted alone.
         report: told what is being done.
-        doubt: relative standard deviation of the rig's parameters around the start.
         fixed: parameters that are held as given.
     """
-    if not _may_bend(plain):
+    if not _may_bend(plain.setting, plain.final):
         return None, plain
-    humped, freed = _humped(rig, plain.final, fixed)
-    kept = {*plain.setting.coordinates.free, *freed}
-    free = [n for n in SYMBOLS if n in active_names(humped) & kept]
-    # The two laws have not the same parameters, which the criterion of one rig leaves out.
-    more = len(free) - len(plain.setting.coordinates.free)
-    price = more * math.log(max(plain.final.count, 2))
-    setting, base = base_fit(plain.setting.samples, humped, free, doubt)
-    alone = replace(setting, over=plain.setting.over), base
+    humped = humped_alone(plain.setting, plain.final, fixed)
     if _left_at_the_brake(plain):
         # The law has the rig's own in it: what it gains, it gains without the names too.
-        if plain.base.bic - alone[1].bic <= price:
+        if humped.gain(plain.base) <= 0.0:
             return None, plain
     else:
-        beside = _beside(*alone, plain)
-        if plain.final.bic - beside.bic <= price:
+        beside = _beside(humped, plain)
+        if plain.final.bic - beside.bic <= humped.price:
             return None, plain
-        near = nearest_of_law(beside.rig, plain.final.rig, _speeds(beside))
+        near = near_own_law(beside, plain.final)
         if near is not None:
             return None, _with_own_law(beside, plain, near)
-    found = find(samples, humped, free, effects, most=most, doubt=doubt, report=report)
+    found = find(humped.setting, humped.fit)
     if report("weighing the laws"):
         # With the other law not everything was tried.
         return None, plain
-    gain = plain.final.bic - found.final.bic - price
+    return _other_law(plain, found, humped)
+
+
+def _other_law(plain: Found, found: Found, humped: HumpedAlone) -> tuple[LawFit | None, Found]:
+    """The search with the humped law where it gains enough and bends away from the rig's own."""
+    gain = plain.final.bic - found.final.bic - humped.price
     if gain < NEEDED:
         return None, plain
-    near = nearest_of_law(found.final.rig, plain.final.rig, _speeds(found.final))
+    near = near_own_law(found.final, plain.final)
     if near is None:
         return LawFit(plain.setting, plain.base, found, gain), plain
     return None, _with_own_law(found.final, plain, near)
-
-
-def _humped(rig: Rig, own: Fit, fixed: Container[str]) -> tuple[Rig, list[str]]:
-    """The rig with the paper's law, as strong as its own is fitted, and what of it is free."""
-    paper, speeds = Rig.paper(), _speeds(own)
-    freed = [name for name in LOWER_LAW if name not in fixed]
-    sizes = [float(np.linalg.norm(lower_curve(one, speeds))) for one in (own.rig, paper)]
-    level = sizes[0] / sizes[1] if min(sizes) > 0.0 else 1.0
-    law = {name: getattr(paper, name) for name in freed}
-    law |= {name: level * law[name] for name in law if name not in ("beta1", "beta2")}
-    return rig.replace(friction="humped", **law), freed
-
-
-def nearest_of_law(rig: Rig, own: Rig, speeds: FloatArray) -> Rig | None:
-    """A rig with another one's law in place of its own; None where its own bends away from that.
-
-    Args:
-        rig: with the humped law.
-        own: with a simpler one.
-        speeds: of the lower disc, rad/s, shape (n,).
-    """
-    curve = lower_curve(rig, speeds)
-    columns = {"Tsl": np.ones_like(speeds), "bl": speeds}
-    if own.friction == "stribeck":
-        columns["T1"] = 1.0 - np.exp(-own.beta1 * speeds)
-    basis = np.column_stack(list(columns.values()))
-    values = np.linalg.lstsq(basis, curve, rcond=None)[0]
-    bent = float(np.linalg.norm(curve - basis @ values))
-    if bent > _BENT * float(np.linalg.norm(curve)):
-        return None
-    law = dict(zip(columns, values.tolist(), strict=True))
-    kept = {name: getattr(own, name) for name in LOWER_LAW} | law
-    try:
-        return rig.replace(friction=own.friction, **kept)
-    except InputError:
-        return None
-
-
-def _speeds(fit: Fit) -> FloatArray:
-    """Speeds (rad/s) of the lower disc while it turns."""
-    speeds = np.abs(np.concatenate([motion.states[:, 2] for motion in fit.motions]))
-    return speeds[speeds > 0.0]
 
 
 def _with_own_law(fit: Fit, plain: Found, rig: Rig) -> Found:
@@ -167,18 +176,17 @@ def _with_own_law(fit: Fit, plain: Found, rig: Rig) -> Found:
     return found
 
 
-def _may_bend(plain: Found) -> bool:
+def _may_bend(setting: Setting, fit: Fit) -> bool:
     """Whether a free function of the lower disc's speed may gain what any effect must gain.
 
     Any law of the brake is such a function, and needs more of gain for its numbers. The gain is
     expected from the slopes at the fit (Rao, Proceedings of the Cambridge Philosophical Society 44,
     1948), with what the fit itself may still gain; fits take a hundred times as long.
     """
-    fit = plain.final
     brake = plain_shape("lower", "omega_l", fit.motions)
     if brake is None:
         return False
-    linearised = linearised_at(plain.setting, fit)
+    linearised = linearised_at(setting, fit)
     own = float(fit.gradient @ linearised.cross @ fit.gradient) / linearised.dispersion
     return own + scored_together(linearised, [brake])[0].gain >= NEEDED
 
@@ -190,12 +198,12 @@ def _left_at_the_brake(plain: Found) -> bool:
     return left.shares[1] > PREDICTABLE
 
 
-def _beside(setting: Setting, alone: Fit, plain: Found) -> Fit:
+def _beside(humped: HumpedAlone, plain: Found) -> Fit:
     """The humped law, fitted alone, beside what was found with a simpler one.
 
     A search of its own takes several times as long as this.
     """
-    fit = plain.final
+    fit, alone, setting = plain.final, humped.fit, humped.setting
     if not fit.terms:
         return alone
     here = evaluate(setting, alone.vector, fit.terms, fit.noise, fit.starts, fit.motions)

@@ -210,7 +210,6 @@ def _starts(setting: Setting, fit: Fit, hopeful: Sequence[Scored], report: Repor
 def find(
     samples: Sequence[Samples], rig: Rig, free: Sequence[str], effects: Sequence[Effect],
     *, most: int = 2, doubt: float = 0.05, report: Report = lambda text: None,
-    named: Callable[[], None] = lambda: None,
 ) -> Found:  # fmt: skip
     """Fit the rig, then look for what it lacks.
 
@@ -222,9 +221,25 @@ def find(
         most: effects that are looked for.
         doubt: relative standard deviation of the rig's parameters around the start.
         report: told what is being done.
-        named: called once a name leads.
     """
     setting, base = cleaned_base(samples, rig, free, doubt, report)
+    return find_beside(setting, base, effects, most, report)
+
+
+def find_beside(
+    setting: Setting, base: Fit, effects: Sequence[Effect], most: int, report: Report,
+    named: Callable[[], None] = lambda: None,
+) -> Found:  # fmt: skip
+    """Look for what a fitted rig lacks.
+
+    Args:
+        setting: recordings and free parameters.
+        base: the rig alone, fitted.
+        effects: the library.
+        most: effects that are looked for.
+        report: told what is being done.
+        named: called once a name leads.
+    """
     setting = replace(setting, over=over_by(report))
     here, base, rounds = _sought(setting, base, effects, most, report, named)
     terms = len(here.terms)
