@@ -15,11 +15,12 @@ from drill_env.diagnosis.humped_law import HumpedAlone, humped_alone, near_own_l
 from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.linearised import linearised_at
 from drill_env.diagnosis.residual_torque import PREDICTABLE, Latent, residual_torque_of
-from drill_env.diagnosis.rounds import NEEDED, Found
-from drill_env.diagnosis.scan import scored_together
+from drill_env.diagnosis.rounds import NEEDED, Found, nameless, place_of
+from drill_env.diagnosis.scan import score_shapes, scored_together
 from drill_env.diagnosis.search import find_beside
-from drill_env.diagnosis.shapes import plain_shape
+from drill_env.diagnosis.shapes import free_shapes, plain_shape
 from drill_env.diagnosis.unusual import unusual
+from drill_env.diagnosis.waves import free_waves, score_waves
 from drill_env.effects import Effect
 from drill_env.parameters import Rig
 
@@ -78,6 +79,8 @@ def find_with_laws(
         return law_fit(plain, find, report, fixed)
     clock = stopwatch()
     found = find(humped.setting, humped.fit)
+    if not _gains_beside(humped, setting, base, _led_to(found)):
+        return None, find(setting, base)
     plain = Found(setting, base, (), base)
     if left_by(report) > clock():
         plain = search(setting, base, *_rivals(found, effects, most))
@@ -85,14 +88,48 @@ def find_with_laws(
 
 
 def _leading(setting: Setting, base: Fit, fixed: Container[str]) -> HumpedAlone | None:
-    """The rig alone with the humped law, where it is another one and alone gains already."""
+    """The rig alone with the humped law, where it is another one and leads all free shapes."""
     if not _may_bend(setting, base):
         return None
     # One descent tells; those that begin again take as long each.
-    if humped_alone(setting, base, fixed, again=0).gain(base) < NEEDED:
+    if humped_alone(setting, base, fixed, again=0).gain(base) < _of_free_shapes(setting, base):
         return None
     humped = humped_alone(setting, base, fixed)
     return humped if near_own_law(humped.fit, base) is None else None
+
+
+def _of_free_shapes(setting: Setting, base: Fit) -> float:
+    """What the best free shape gains by its score, and what any effect must gain."""
+    linearised = linearised_at(setting, base)
+    shapes = score_shapes(linearised, free_shapes(base.motions, setting.coordinates.free))
+    waves = score_waves(linearised, free_waves(set(), moved=False))
+    return max(NEEDED, *(scored.gain for scored in (*shapes, *waves)))
+
+
+def _led_to(found: Found) -> Fit:
+    """What a search came to: its names, or a shape that explains clearly more.
+
+    A free function of the brake's speed is no rival of its law, but what that is to explain.
+    """
+    first = found.rounds[0] if found.rounds else None
+    if first is None or first.best is None or not nameless(first):
+        return found.final
+    return found.final if place_of(first.best.term) == _BRAKE else first.best.fit
+
+
+def _gains_beside(humped: HumpedAlone, setting: Setting, base: Fit, fit: Fit) -> bool:
+    """Whether the humped law is needed beside what was found with it.
+
+    Args:
+        humped: the rig alone with it.
+        setting: with the rig's own law.
+        base: the rig alone with that.
+        fit: with the humped law and what was found.
+    """
+    if not fit.terms:
+        return True
+    own = evaluate(setting, base.vector, fit.terms, fit.noise, fit.starts, fit.motions)
+    return polished(setting, own).bic - fit.bic - humped.price >= NEEDED
 
 
 def _rivals(
@@ -123,20 +160,22 @@ def law_fit(
         report: told what is being done.
         fixed: parameters that are held as given.
     """
-    if not _may_bend(plain.setting, plain.final):
+    own = _led_to(plain)
+    if not _may_bend(plain.setting, own):
         return None, plain
-    humped = humped_alone(plain.setting, plain.final, fixed)
-    if _left_at_the_brake(plain):
+    humped = humped_alone(plain.setting, own, fixed)
+    if own is plain.final and _left_at_the_brake(plain):
         # The law has the rig's own in it: what it gains, it gains without the names too.
         if humped.gain(plain.base) <= 0.0:
             return None, plain
     else:
-        beside = _beside(humped, plain)
-        if plain.final.bic - beside.bic <= humped.price:
+        beside = _beside(humped, own)
+        if own.bic - beside.bic <= humped.price:
             return None, plain
-        near = near_own_law(beside, plain.final)
+        near = near_own_law(beside, own)
         if near is not None:
-            return None, _with_own_law(beside, plain, near)
+            same = own is plain.final
+            return None, _with_own_law(beside, plain, near) if same else plain
     found = find(humped.setting, humped.fit)
     if report("weighing the laws"):
         # With the other law not everything was tried.
@@ -146,7 +185,7 @@ def law_fit(
 
 def _other_law(plain: Found, found: Found, humped: HumpedAlone) -> tuple[LawFit | None, Found]:
     """The search with the humped law where it gains enough and bends away from the rig's own."""
-    gain = plain.final.bic - found.final.bic - humped.price
+    gain = _led_to(plain).bic - _led_to(found).bic - humped.price
     if gain < NEEDED:
         return None, plain
     near = near_own_law(found.final, plain.final)
@@ -198,12 +237,12 @@ def _left_at_the_brake(plain: Found) -> bool:
     return left.shares[1] > PREDICTABLE
 
 
-def _beside(humped: HumpedAlone, plain: Found) -> Fit:
+def _beside(humped: HumpedAlone, fit: Fit) -> Fit:
     """The humped law, fitted alone, beside what was found with a simpler one.
 
     A search of its own takes several times as long as this.
     """
-    fit, alone, setting = plain.final, humped.fit, humped.setting
+    alone, setting = humped.fit, humped.setting
     if not fit.terms:
         return alone
     here = evaluate(setting, alone.vector, fit.terms, fit.noise, fit.starts, fit.motions)

@@ -113,7 +113,7 @@ def encoder_play_upper(p, e, s, out):
     neighbours=("encoder_gain_lower",),
 )
 def missed_counts_lower(p, e, s, out):
-    """-share of the way above the speed on the reading."""
+    """-share of the way turned while |omega_l| > speed, on the reading."""
     forward, backward = branch(e, s, 0, s.omega_l - e.q[1]), branch(e, s, 1, -s.omega_l - e.q[1])
     e.rate[0] = s.omega_l if forward > 0 or backward > 0 else 0.0
     out.angle_l -= e.q[0] * e.z[0]
@@ -128,7 +128,7 @@ def missed_counts_lower(p, e, s, out):
     switches=2,
 )
 def missed_counts_upper(p, e, s, out):
-    """-share of the way above the speed on the reading."""
+    """-share of the way turned while |omega_u| > speed, on the reading."""
     forward, backward = branch(e, s, 0, s.omega_u - e.q[1]), branch(e, s, 1, -s.omega_u - e.q[1])
     e.rate[0] = s.omega_u if forward > 0 or backward > 0 else 0.0
     out.angle_u -= e.q[0] * e.z[0]
