@@ -44,6 +44,7 @@ from drill_env.diagnosis.rounds import (
 )
 from drill_env.diagnosis.row_times import of_row_times
 from drill_env.diagnosis.scan import Scored, score_effects, score_shapes
+from drill_env.diagnosis.sensor_starts import sensor_starts
 from drill_env.diagnosis.shapes import at_driven_disc, free_shapes
 from drill_env.diagnosis.strikes import Strike, faint, named_strikes, score_strikes
 from drill_env.diagnosis.terms import Named, Shape
@@ -85,7 +86,8 @@ def search(
     scores = _scores(linearised, [e for e in others if not noise or e not in peaked], effects)
     done: list[Attempt] = []
     hopeful = _hopeful(linearised, scores, effects, bool(noise))
-    for start in _starts(setting, fit, hopeful, report):
+    starts = _starts(setting, fit, hopeful, report)
+    for start in [*starts, *sensor_starts(setting, fit, others)]:
         if report(f"trying {start.terms[-1].id}") and done:
             break
         done.append(carried_on(setting, fit, start, FIRST_ROUNDS))
