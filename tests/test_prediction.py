@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -45,6 +46,35 @@ def test_one_bad_reading_hardly_moves_the_scale():
     errors = np.random.default_rng(5).standard_normal((200, 1, 1))
     spoilt = np.concatenate([errors, [[[1e6]]]])
     assert scales(spoilt, 4.0)[0, 0] == pytest.approx(scales(errors, 4.0)[0, 0], rel=0.03)
+
+
+def test_a_scale_is_no_smaller_than_the_error_of_rounding():
+    """Of a disc that mostly rests most predictions are right to the last bit."""
+    errors = np.zeros((100, 1, 1))
+    errors[:20] = np.random.default_rng(7).uniform(-0.02, 0.02, (20, 1, 1))
+    assert scales(errors, 4.0)[0, 0] < 1e-6
+    assert scales(errors, 4.0, least=np.array([0.005]))[0, 0] == 0.005
+    # One that is larger is the same with it.
+    wide = np.random.default_rng(9).standard_normal((200, 1, 1))
+    assert scales(wide, 4.0, least=np.array([0.005])) == scales(wide, 4.0)
+
+
+def test_an_axis_that_mostly_stands_lacks_nothing():
+    """A blind maker's axis was given an encoder off centre, by a quarter of a step."""
+    truth = Rig.one_inertia(km=4.5, Ju=1.8, Tsu=14.0, bu=9.1, dbu=0.3)
+    step, runs = 2.0 * math.pi / 1024, []
+    for seed in range(4):
+        rng = np.random.default_rng([14, seed])
+        t = np.arange(6001) / 200.0
+        # A push now and then; between them the axis is held by its friction.
+        u = np.where(rng.random(60) < 0.3, rng.uniform(-8.0, 8.0, 60), rng.uniform(-2.5, 2.5, 60))
+        u = u[np.minimum((2.0 * t).astype(int), 59)]
+        run = simulate(truth, sampled_voltage(t, u), float(t[-1]), t_eval=t)
+        angle = np.round((run.theta_u + rng.uniform(0.0, step)) / step) * step
+        runs.append(Recording(t, u, angle, quanta={"theta_u": step}, source=f"stands-{seed}"))
+    known = truth.replace(km=4.66, Ju=1.75, Tsu=13.6, bu=9.5, dbu=0.29)
+    found = diagnose_by_prediction(runs[:3], known, runs[3:], QUICK).result
+    assert found.verdict == "consistent", found.sentences
 
 
 def test_equal_models_share_their_probability_and_a_number_costs_one_nat():

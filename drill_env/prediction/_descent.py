@@ -14,7 +14,7 @@ from drill_env.integrator.prepared import Prepared
 from drill_env.integrator.windows import METHOD
 from drill_env.parameters import Rig
 from drill_env.prediction.candidate import Candidate
-from drill_env.prediction.cut import Cut
+from drill_env.prediction.cut import Cut, rounding_of
 from drill_env.prediction.likelihood import FAR, log_density, scales, weights
 from drill_env.prediction.setting import Setting
 
@@ -74,6 +74,7 @@ class Descent:
 
     def __init__(self, setting: Setting, candidates: tuple[Candidate, ...]) -> None:
         self.setting, self.candidates = setting, candidates
+        self.rounding = rounding_of(setting.cuts)
         centre, spread, reach = setting.centre, setting.spread, setting.criteria.reach
         self.centre = np.concatenate([centre, *[np.zeros(c.size) for c in candidates]])
         shapes = [np.full(c.size, _SHAPE_SPREAD if c.table else np.inf) for c in candidates]
@@ -122,7 +123,7 @@ class Descent:
         """
         x, damping, columns, left = np.clip(x, self.low, self.high), _DAMPING, None, _ROUNDS
         errors = self._required(x)
-        here = self._point(x, errors, scales(errors, self.setting.criteria.degrees))
+        here = self._point(x, errors, self._scales(errors))
         while True:
             fresh = columns is None
             if columns is None:
@@ -145,6 +146,9 @@ class Descent:
             columns = self._carried_on(columns, before, here) if good else None
         return here
 
+    def _scales(self, errors: FloatArray, first: FloatArray | None = None) -> FloatArray:
+        return scales(errors, self.setting.criteria.degrees, first, self.rounding)
+
     def _point(self, x: FloatArray, errors: FloatArray, size: FloatArray) -> Point:
         return Point(x, errors, size, self.value(errors, size, x))
 
@@ -154,7 +158,7 @@ class Descent:
         errors = self.errors([x])[0]
         if errors is None:
             return None
-        return self._point(x, errors, scales(errors, self.setting.criteria.degrees, here.size))
+        return self._point(x, errors, self._scales(errors, here.size))
 
     def _carried_on(self, columns: FloatArray, before: Point, here: Point) -> FloatArray:
         """Slopes that explain a step, changed as little as that takes in units of own steps."""

@@ -21,6 +21,7 @@ from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.likelihood import FAR, scales
 from drill_env.prediction.starts import WIDEST, Starts, rows_within, starts_of, widths_of
 
+_ANGLES = ("theta_u", "theta_l")
 # Sampling intervals: below them encoder counts are all there is.
 _FIRST = 3.0
 
@@ -220,4 +221,20 @@ def begun_best(cut: Cut, rig: Rig, shift: float, degrees: float) -> Cut:
         degrees: of freedom of the errors.
     """
     choices = [cut.begun(width, rig, shift) for width in widths_of(cut.samples)]
-    return min(choices, key=lambda c: float(np.log(scales(c.errors(rig, shift), degrees)).sum()))
+    least = rounding_of([cut])
+
+    def logarithms(one: Cut) -> float:
+        return float(np.log(scales(one.errors(rig, shift), degrees, least=least)).sum())
+
+    return min(choices, key=logarithms)
+
+
+def rounding_of(cuts: Sequence[Cut]) -> FloatArray:
+    """Standard deviation of the errors of rounding in recordings' readings, rad, shape (c,).
+
+    An error within a step is as likely everywhere in it, so its variance is a twelfth of the step's
+    square (Widrow and Kollar, Quantization Noise, 2008).
+    """
+    channels = range(cuts[0].target.shape[2])
+    steps = [[c.samples.recording.quanta.get(_ANGLES[i], 0.0) for i in channels] for c in cuts]
+    return np.asarray(np.sqrt(np.mean(np.square(steps), axis=0) / 12.0), dtype=np.float64)

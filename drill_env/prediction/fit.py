@@ -12,7 +12,7 @@ from drill_env._types import FloatArray
 from drill_env.parameters import Rig
 from drill_env.prediction._descent import Descent, errors_of_rig, rig_at
 from drill_env.prediction.candidate import Candidate
-from drill_env.prediction.cut import Cut
+from drill_env.prediction.cut import Cut, rounding_of
 from drill_env.prediction.likelihood import log_density, scales
 from drill_env.prediction.setting import Setting
 
@@ -57,7 +57,8 @@ class Fit:
         """
         degrees = self.setting.criteria.degrees
         errors = errors_of(self, cuts)
-        return log_density(errors, scales(errors, degrees), degrees)
+        size = scales(errors, degrees, least=rounding_of(cuts))
+        return log_density(errors, size, degrees)
 
 
 def errors_of(here: Fit, cuts: Sequence[Cut]) -> FloatArray:

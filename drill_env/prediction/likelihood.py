@@ -14,22 +14,30 @@ FAR = 1e6
 """Error that stands for a prediction that failed."""
 
 
-def scales(errors: FloatArray, degrees: float, first: FloatArray | None = None) -> FloatArray:
+def scales(
+    errors: FloatArray, degrees: float, first: FloatArray | None = None,
+    least: FloatArray | float = 0.0,
+) -> FloatArray:  # fmt: skip
     """Most likely scales of the errors (Lange, Little and Taylor, JASA 84, 1989).
+
+    Where a disc rests in most windows, these are predicted without any error, and the likelihood
+    has no bound; below the error of the readings themselves no scale says more.
 
     Args:
         errors: of windows, leads and channels, shape (w, k, c).
         degrees: of freedom.
         first: scales to begin with, shape (k, c).
+        least: of each channel, shape (c,).
 
     Returns:
         Shape (k, c).
     """
     start = np.sqrt(np.median(errors**2, axis=0) / _MEDIAN) if first is None else first
-    size = start + _LEAST
+    least = np.maximum(least, _LEAST)
+    size = np.maximum(start, least)
     for _ in range(_ROUNDS):
         weight = (degrees + 1.0) / (degrees + (errors / size) ** 2)
-        size = np.sqrt(np.mean(weight * errors**2, axis=0)) + _LEAST
+        size = np.maximum(np.sqrt(np.mean(weight * errors**2, axis=0)), least)
     return np.asarray(size, dtype=np.float64)
 
 
