@@ -12,11 +12,11 @@ import drill_env.diagnosis.law as law
 from drill_env import Rig
 from drill_env.diagnosis.base import base_fit
 from drill_env.diagnosis.extended import evaluate
+from drill_env.diagnosis.find import find, find_beside
 from drill_env.diagnosis.humped_law import nearest_of_law
 from drill_env.diagnosis.law import find_with_laws, law_fit
 from drill_env.diagnosis.offered import free_parameters
 from drill_env.diagnosis.rounds import Found
-from drill_env.diagnosis.search import find, find_beside
 from drill_env.identification.samples import prepare
 from drill_env.integrator import sampled_voltage, simulate
 from drill_env.recordings import Recording

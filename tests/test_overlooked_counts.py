@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from drill_env.diagnosis import find as module
 from drill_env.diagnosis import rivals
-from drill_env.diagnosis import search as module
 from drill_env.diagnosis.lost_counts import LostCounts
 from drill_env.diagnosis.rounds import Attempt, Round
 from drill_env.diagnosis.terms import Named, Term

@@ -13,13 +13,14 @@ import pytest
 from drill_env import Rig
 from drill_env.diagnosis import grid_starts
 from drill_env.diagnosis.attempts import attempted, confused_with
+from drill_env.diagnosis.find import find
 from drill_env.diagnosis.fit_changes import added
 from drill_env.diagnosis.grid_starts import descended, has_peaks
 from drill_env.diagnosis.grids import gains_over
 from drill_env.diagnosis.joint import descend_until, polished
 from drill_env.diagnosis.linearised import linearised_at
 from drill_env.diagnosis.scan import best_point
-from drill_env.diagnosis.search import find, search
+from drill_env.diagnosis.search import search
 from drill_env.diagnosis.stiction_starts import best_at_rest
 from drill_env.diagnosis.terms import Named, Term
 from drill_env.effects import LIBRARY

@@ -20,6 +20,7 @@ from drill_env.diagnosis.declare import extended_rig
 from drill_env.diagnosis.evidence import Weighed, decided
 from drill_env.diagnosis.explained import that_explain
 from drill_env.diagnosis.faults import find_faults
+from drill_env.diagnosis.find import find_beside
 from drill_env.diagnosis.follows import follow, only_if_they_follow
 from drill_env.diagnosis.held_out import Judged, judge_all, judged_channels, rms
 from drill_env.diagnosis.law import LawFit, find_with_laws
@@ -30,7 +31,6 @@ from drill_env.diagnosis.options import DiagnosisOptions
 from drill_env.diagnosis.predicted import with_predictions
 from drill_env.diagnosis.result import DiagnosisResult
 from drill_env.diagnosis.rounds import Found, outdone
-from drill_env.diagnosis.search import find_beside
 from drill_env.diagnosis.sentences import ended_early
 from drill_env.diagnosis.unexplained_residual import with_residual_torque
 from drill_env.effects.declared import declared

@@ -9,6 +9,7 @@ from functools import partial
 from drill_env._watch import Report, left_by, over_by, stopwatch
 from drill_env.diagnosis.attempts import restated
 from drill_env.diagnosis.extended import evaluate
+from drill_env.diagnosis.find import find_beside
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.held_out import remaining
 from drill_env.diagnosis.humped_law import HumpedAlone, humped_alone, near_own_law
@@ -16,11 +17,10 @@ from drill_env.diagnosis.joint import polished
 from drill_env.diagnosis.linearised import linearised_at
 from drill_env.diagnosis.residual_torque import PREDICTABLE, Latent, residual_torque_of
 from drill_env.diagnosis.rounds import NEEDED, Found, nameless, place_of
-from drill_env.diagnosis.scan import score_shapes, scored_together
-from drill_env.diagnosis.search import find_beside
-from drill_env.diagnosis.shapes import free_shapes, plain_shape
+from drill_env.diagnosis.scan import scored_together
+from drill_env.diagnosis.search import scores_of_shapes
+from drill_env.diagnosis.shapes import plain_shape
 from drill_env.diagnosis.unusual import unusual
-from drill_env.diagnosis.waves import free_waves, score_waves
 from drill_env.effects import Effect
 from drill_env.parameters import Rig
 
@@ -71,7 +71,7 @@ def find_with_laws(
     find = partial(search, effects=effects, most=most)
     setting = replace(setting, over=over_by(report))
     report("asking for another friction law")
-    humped = _leading(setting, base, fixed)
+    humped = _leading(setting, base, effects, fixed)
     if humped is None:
         plain = find(setting, base)
         if report("trying another friction law"):
@@ -87,23 +87,24 @@ def find_with_laws(
     return _other_law(plain, found, humped)
 
 
-def _leading(setting: Setting, base: Fit, fixed: Container[str]) -> HumpedAlone | None:
+def _leading(
+    setting: Setting, base: Fit, effects: Sequence[Effect], fixed: Container[str]
+) -> HumpedAlone | None:
     """The rig alone with the humped law, where it is another one and leads all free shapes."""
     if not _may_bend(setting, base):
         return None
     # One descent tells; those that begin again take as long each.
-    if humped_alone(setting, base, fixed, again=0).gain(base) < _of_free_shapes(setting, base):
+    gain = humped_alone(setting, base, fixed, again=0).gain(base)
+    if gain < NEEDED or gain < _of_free_shapes(setting, base, effects):
         return None
     humped = humped_alone(setting, base, fixed)
     return humped if near_own_law(humped.fit, base) is None else None
 
 
-def _of_free_shapes(setting: Setting, base: Fit) -> float:
+def _of_free_shapes(setting: Setting, base: Fit, effects: Sequence[Effect]) -> float:
     """What the best free shape gains by its score, and what any effect must gain."""
-    linearised = linearised_at(setting, base)
-    shapes = score_shapes(linearised, free_shapes(base.motions, setting.coordinates.free))
-    waves = score_waves(linearised, free_waves(set(), moved=False))
-    return max(NEEDED, *(scored.gain for scored in (*shapes, *waves)))
+    shapes, waves = scores_of_shapes(linearised_at(setting, base), effects)
+    return max([NEEDED, *(scored.gain for scored in (*shapes, *waves))])
 
 
 def _led_to(found: Found) -> Fit:

@@ -2,44 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 
 import numpy as np
 
-from drill_env._watch import Report, over_by
+from drill_env._watch import Report
 from drill_env.diagnosis.attempts import (
     FIRST_ROUNDS,
     best_of_each,
     carried_on,
     confused_with,
     heated,
-    refitted_alone,
-    restated,
     settled_within,
     tightened,
     tuned_alike,
     with_resonances_retuned,
 )
-from drill_env.diagnosis.base import cleaned_base
 from drill_env.diagnosis.first_look import Look, first_look
 from drill_env.diagnosis.fit import Fit, Setting
 from drill_env.diagnosis.fit_changes import own_values
 from drill_env.diagnosis.grid_starts import descended, has_peaks
-from drill_env.diagnosis.in_filter import within_filter
 from drill_env.diagnosis.joint_noise import SIZES, TORQUES
 from drill_env.diagnosis.linearised import Linearised, linearised_at
 from drill_env.diagnosis.lost_counts import broken_counts, slips
-from drill_env.diagnosis.rivals import against_rivals, at_limits, refined, with_rival_shape
 from drill_env.diagnosis.rounds import (
     BELIEVED,
-    NEEDED_BESIDE,
     Attempt,
-    Found,
     Round,
     at_its_limit,
     is_named,
-    nameless,
     shape_leads,
 )
 from drill_env.diagnosis.row_times import of_row_times
@@ -51,8 +42,6 @@ from drill_env.diagnosis.terms import Named, Shape
 from drill_env.diagnosis.unusual import unusual
 from drill_env.diagnosis.waves import Wave, free_waves, score_waves
 from drill_env.effects import Effect
-from drill_env.identification.samples import Samples
-from drill_env.parameters import Rig
 from drill_env.prediction.offer import second_gear
 
 # Effects and shapes that get a first look; a rig without what it lacks most scores badly.
@@ -129,16 +118,30 @@ def _scores(
         scored: effects that are.
         effects: the library; what it has is no free wave.
     """
-    moved = linearised.known[0].samples.recording.drive == "motion"
+    named = score_effects(linearised, scored, _widths(linearised.fit)[0])
+    discs = (1,) if _moved(linearised) else (0, 1)
+    return (named, *scores_of_shapes(linearised, effects), score_strikes(linearised, discs=discs))
+
+
+def scores_of_shapes(
+    linearised: Linearised, effects: Sequence[Effect]
+) -> tuple[list[Scored], list[Scored]]:
+    """Scores of free shapes and of free waves, each the best first.
+
+    Args:
+        linearised: where they are taken.
+        effects: the library; what it has is no free wave.
+    """
+    moved = _moved(linearised)
     shapes = free_shapes(linearised.fit.motions, linearised.setting.coordinates.free)
     shapes = tuple(s for s in shapes if not (moved and at_driven_disc(s)))
     waves = free_waves({effect.id for effect in effects}, moved=moved)
-    return (
-        score_effects(linearised, scored, _widths(linearised.fit)[0]),
-        score_shapes(linearised, shapes),
-        score_waves(linearised, waves),
-        score_strikes(linearised, discs=(1,) if moved else (0, 1)),
-    )
+    return score_shapes(linearised, shapes), score_waves(linearised, waves)
+
+
+def _moved(linearised: Linearised) -> bool:
+    """Whether the upper disc's motion is the input."""
+    return linearised.known[0].samples.recording.drive == "motion"
 
 
 def _hopeful(
@@ -207,87 +210,3 @@ def _starts(setting: Setting, fit: Fit, hopeful: Sequence[Scored], report: Repor
     shapes = [look for look in shapes if look not in strikes]
     best = [*names[:_TRIED], *shapes[:_TRIED_SHAPES], *waves[:_TRIED_WAVES], *strikes[:1]]
     return [look.start(setting, fit) for look in best]
-
-
-def find(
-    samples: Sequence[Samples], rig: Rig, free: Sequence[str], effects: Sequence[Effect],
-    *, most: int = 2, doubt: float = 0.05, report: Report = lambda text: None,
-) -> Found:  # fmt: skip
-    """Fit the rig, then look for what it lacks.
-
-    Args:
-        samples: recordings.
-        rig: where to start.
-        free: names of its free parameters.
-        effects: the library.
-        most: effects that are looked for.
-        doubt: relative standard deviation of the rig's parameters around the start.
-        report: told what is being done.
-    """
-    setting, base = cleaned_base(samples, rig, free, doubt, report)
-    return find_beside(setting, base, effects, most, report)
-
-
-def find_beside(
-    setting: Setting, base: Fit, effects: Sequence[Effect], most: int, report: Report,
-    named: Callable[[], None] = lambda: None,
-) -> Found:  # fmt: skip
-    """Look for what a fitted rig lacks.
-
-    Args:
-        setting: recordings and free parameters.
-        base: the rig alone, fitted.
-        effects: the library.
-        most: effects that are looked for.
-        report: told what is being done.
-        named: called once a name leads.
-    """
-    setting = replace(setting, over=over_by(report))
-    here, base, rounds = _sought(setting, base, effects, most, report, named)
-    terms = len(here.terms)
-    if terms and not report("asking again what was found first"):
-        here, rounds = against_rivals(setting, here, rounds)
-        here = at_limits(setting, here, effects)
-    if terms > len(here.terms) == 1:
-        rounds = [restated(rounds[0], here)]
-    here = within_filter(setting, here, report)
-    return Found(setting, base, tuple(rounds), here)
-
-
-def _sought(
-    setting: Setting, base: Fit, effects: Sequence[Effect], most: int, report: Report,
-    named: Callable[[], None],
-) -> tuple[Fit, Fit, list[Round]]:  # fmt: skip
-    """Look for one effect after another.
-
-    Returns:
-        The fit with all names, the rig alone, and the rounds of the search.
-    """
-    here, rounds = base, []
-    # A step of an encoder that was overlooked is no other effect and takes no effect's place.
-    while len(there := {term.id for term in here.terms}) < most and len(rounds) <= most:
-        if rounds and report("looking for more"):
-            break
-        found = search(setting, here, effects, report, more=len(there) + 1 < most)
-        if rounds:
-            report("choosing")
-            if not found.complete:
-                # Beside a name another is a claim too many while not everything was tried.
-                break
-        if not rounds:
-            found = refitted_alone(setting, found)
-            here = base = found.before
-        rounds.append(found)
-        needed = NEEDED_BESIDE if here.terms else BELIEVED
-        chosen = found.named[0] if found.named else None
-        if chosen is None or chosen.criterion < needed:
-            break
-        first = not here.terms
-        rounds[-1], here = refined(setting, found, effects, report)
-        rounds[-1] = with_rival_shape(setting, rounds[-1], here)
-        if first and nameless(rounds[-1]):
-            # Beside what a free shape explains far better no second name is worth a search.
-            break
-        if first:
-            named()
-    return here, base, rounds

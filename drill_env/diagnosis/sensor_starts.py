@@ -25,7 +25,7 @@ from drill_env.diagnosis.scan import score_effects
 from drill_env.effects import Effect
 from drill_env.identification.noise import NoiseModel, usual_noise
 
-# Sizes of the sensor's noise that are tried, rad: three a decade.
+# Sizes of the sensor's noise that are tried, rad or rad/s: three a decade.
 _SIZES = np.geomspace(1e-4, 1.0, 13)
 # Effects that are started from, and rounds of a descent between two smoothed motions.
 _BEST, _ROUNDS = 2, 3
@@ -63,7 +63,8 @@ def _blamed(setting: Setting, fit: Fit, disc: str) -> Fit | None:
     """
     usual = usual_noise(fit.rig)
     held = {name: getattr(usual, name) for name in (f"torque_{disc}", f"tau_{disc}")}
-    tried = [replace(fit.noise, **held, **{f"encoder_{disc}": float(size)}) for size in _SIZES]
+    sensor = _sensor(setting, disc)
+    tried = [replace(fit.noise, **held, **{sensor: float(size)}) for size in _SIZES]
     values = [
         value_at(setting, fit.vector, fit.terms, noise, fit.starts, fit.motions) for noise in tried
     ]
@@ -75,9 +76,15 @@ def _blamed(setting: Setting, fit: Fit, disc: str) -> Fit | None:
     return with_new_motions(setting, there)
 
 
+def _sensor(setting: Setting, disc: str) -> str:
+    """Name of the noise of what reads a disc: that of its velocity where no angle is read."""
+    angles = setting.samples[0].recording.angles()
+    return f"encoder_{disc}" if f"theta_{disc}" in angles else f"speed_{disc}"
+
+
 def _descended(setting: Setting, here: Fit, disc: str) -> Fit:
     """The best fit on the way down, of the noise the sensor's alone free."""
-    sensor = [one.name for one in fields(NoiseModel)].index(f"encoder_{disc}")
+    sensor = [one.name for one in fields(NoiseModel)].index(_sensor(setting, disc))
     here = with_new_motions(setting, here)
     for _ in range(_DESCENTS):
         there = descend_jointly(setting, here, limit=_ROUNDS, enough=1.0, only=(sensor,))
