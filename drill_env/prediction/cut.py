@@ -20,8 +20,8 @@ from drill_env.parameters import Rig
 from drill_env.prediction.criteria import Criteria
 from drill_env.prediction.likelihood import FAR, scales
 from drill_env.prediction.starts import WIDEST, Starts, rows_within, starts_of, widths_of
+from drill_env.recordings.units import ANGLES
 
-_ANGLES = ("theta_u", "theta_l")
 # Sampling intervals: below them encoder counts are all there is.
 _FIRST = 3.0
 
@@ -235,6 +235,6 @@ def rounding_of(cuts: Sequence[Cut]) -> FloatArray:
     An error within a step is as likely everywhere in it, so its variance is a twelfth of the step's
     square (Widrow and Kollar, Quantization Noise, 2008).
     """
-    channels = range(cuts[0].target.shape[2])
-    steps = [[c.samples.recording.quanta.get(_ANGLES[i], 0.0) for i in channels] for c in cuts]
+    read = ANGLES[: cuts[0].target.shape[2]]
+    steps = [[c.samples.recording.quanta.get(name, 0.0) for name in read] for c in cuts]
     return np.asarray(np.sqrt(np.mean(np.square(steps), axis=0) / 12.0), dtype=np.float64)
